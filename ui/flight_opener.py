@@ -14,8 +14,8 @@ from PySide6.QtCore import QObject, Signal
 from calibration.certificate_store import CertificateStore
 from gsapp.decoding.channel_map import ChannelMap
 from gsapp.flight.events import EventLog, events_path, vehicle_event
-from gsapp.flight.flight_draft import apply_draft, reset_draft
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.folder_setup import apply_draft, reset_draft
 from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
 from gsapp.session.live_estimation.fit_workers import ProcessFitWorker

@@ -15,8 +15,7 @@ from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, JsonFile, Units
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
     from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.excitation.debrief import EvaluatedManeuver, FlightTrend
     from gsapp.flight.catalog import CardScore, Catalog
     from gsapp.session import Session
 
@@ -70,7 +69,7 @@ def debrief(
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._usage_errors import CommandUsageError, check_catalog, check_is_catalog
-    from gsapp.excitation.debrief_trends import compute_flight_trend
+    from gsapp.excitation.debrief import compute_flight_trend
     from gsapp.flight.catalog import Catalog
 
     if not flights and catalog is None:
@@ -155,7 +154,7 @@ def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:
-    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.excitation.debrief import compute_trends
     from gsapp.flight.catalog import list_card_scores, search_verdicts
 
     verdicts = search_verdicts(catalog)

@@ -221,7 +221,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
 
 def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | None) -> list[Block]:
     from gsapp.cli._console import PlainConsole
-    from gsapp.flight.onboard_log.cross_correlation import estimate_record_lag
+    from gsapp.flight.onboard_log.clock_alignment import estimate_record_lag
     from gsapp.flight.processing import resample, shift_time
     from gsapp.flight.uniform_grid import median_step
     from gsapp.foundation import FlightError

@@ -46,7 +46,7 @@ _SYSTEM_TIME = 2
 
 
 class RawRecordLike(Protocol):
-    """What is fed: a `gsapp.flight.raw_record.RawRecord`, or anything like it."""
+    """What is fed: a `gsapp.flight.raw_files.record_files.RawRecord`, or anything like it."""
 
     @property
     def stamp_us(self) -> int:

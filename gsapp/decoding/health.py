@@ -267,7 +267,7 @@ class LinkHealth:
         """Count records in the order of their stamps.
 
         Each is a stamp in microseconds, a kind (``frame``, ``line``, ``residue``) and bytes, as
-        `gsapp.flight.raw_record.RawRecord` holds them.
+        `gsapp.flight.raw_files.record_files.RawRecord` holds them.
         """
         for stamp, kind, data in records:
             if self.last_stamp is None:

@@ -79,20 +79,13 @@ def _follows_number(words: str, place: int) -> bool:
 
 
 class Announcer:
-    """Decides what is said.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units in which amounts are said; others may be set at any time.
-    """
+    """Decides what is said."""
 
     def __init__(self, system: str = "US") -> None:
         self.system = system
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was said; the flight begins anew."""
         self._silent_until = -math.inf
         self._recovers_until = -math.inf
         self._level_at = -math.inf  # when a turn should be over
@@ -114,12 +107,7 @@ class Announcer:
     ) -> tuple[Announcement, ...]:
         """Take in what happened since, and return what is to be heard, the most urgent first.
 
-        Parameters
-        ----------
-        time : float
-            Flight time, s.
-        moving : bool
-            Whether the sticks move quickly: an input, unless it turns out to be steering.
+        Sticks that move quickly (`moving`) are an input, unless it turns out to be steering.
         """
         said: list[Announcement] = []
         self._moving = moving

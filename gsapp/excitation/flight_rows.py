@@ -8,8 +8,10 @@ its value there, however the link was cut into pieces.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Final
 
 import numpy as np
@@ -86,12 +88,7 @@ class FlightRows:
             return self
         values = self.values.copy()
         values[:, gone] = np.nan
-        return FlightRows(
-            first_index=self.first_index,
-            times=self.times,
-            values=values,
-            starts_segment=self.starts_segment,
-        )
+        return replace(self, values=values)
 
     def slice_rows(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""
@@ -104,18 +101,7 @@ class FlightRows:
 
 
 class FlightRowStream:
-    """Joins blocks of some channels to rows.
-
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-
-    Attributes
-    ----------
-    tick : int
-        Rows in a tick; what comes out are whole ticks.
-    """
+    """Joins blocks of some channels to rows, which come out in whole ticks of `tick` rows."""
 
     def __init__(self, rate: float) -> None:
         self.rate = rate
@@ -127,7 +113,6 @@ class FlightRowStream:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all samples."""
         self._first = _NOT_YET  # number of the next row to give
         self._began = 0  # number of the first row with a sample
         self._fresh = True
@@ -227,24 +212,15 @@ def concatenate_rows(parts: Sequence[FlightRows]) -> FlightRows:
     """Return successive rows as one."""
     if len(parts) == 1:
         return parts[0]
-    return FlightRows(
-        first_index=parts[0].first_index,
+    return replace(
+        parts[0],
         times=np.concatenate([one.times for one in parts]),
         values=np.concatenate([one.values for one in parts]),
-        starts_segment=parts[0].starts_segment,
     )
 
 
 def rows_from_block(block: Block, rate: float) -> FlightRows:
-    """Return a whole block of a flight as rows; for tests and for what was recorded.
-
-    Parameters
-    ----------
-    block : Block
-        Without a pause of more than 5 s.
-    rate : float
-        Of its grid, Hz.
-    """
+    """Return a whole block, without a pause of more than 5 s, as rows."""
     stream = FlightRowStream(rate)
     before = list(stream.feed(block))
     (rows,) = (*before, *stream.finish())
@@ -257,3 +233,43 @@ def mask_implausible(block: Block) -> Block:
     if not wild.any():
         return block
     return Block.unchecked(block.channels, block.times, np.where(wild, np.nan, block.values))
+
+
+class RecentRows:
+    """Keeps the newest rows of one stretch of flight."""
+
+    def __init__(self) -> None:
+        self._parts: deque[FlightRows] = deque()
+
+    def clear(self) -> None:
+        self._parts.clear()
+
+    def add(self, rows: FlightRows) -> None:
+        """Take in the next rows; a fresh stretch leaves nothing of what came before."""
+        if rows.starts_segment:
+            self._parts.clear()
+        self._parts.append(rows)
+        oldest = rows.times[-1] - CUES.rows_retention
+        while self._parts[0].times[-1] < oldest:
+            self._parts.popleft()
+
+    def segment(self, start: float, stop: float) -> FlightRows | None:
+        """Return the rows from one flight time to another (s), as far as they are kept."""
+        parts = [one for one in self._parts if one.times[-1] >= start and one.times[0] <= stop]
+        if not parts:
+            return None
+        found = concatenate_rows(parts)
+        inside = np.flatnonzero((found.times >= start) & (found.times <= stop))
+        if not inside.size:
+            return None
+        return found.slice_rows(int(inside[0]), int(inside[-1]) + 1)
+
+    def mean(self, channel: str, seconds: float) -> float | None:
+        """Return the mean of a channel over the newest seconds, SI; None where it is missing."""
+        if not self._parts:
+            return None
+        since = self._parts[-1].times[-1] - seconds
+        newest = takewhile(lambda one: one.times[-1] > since, reversed(self._parts))
+        values = np.concatenate([one[channel] for one in newest])
+        values = values[np.isfinite(values)]
+        return float(values.mean()) if values.size else None

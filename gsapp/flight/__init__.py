@@ -1,4 +1,9 @@
-"""Flight folder, import and export, cut and merge, maneuver detection, catalog."""
+"""Flight folder, import and export, cut and merge, maneuver detection, catalog.
+
+Throughout, unless a docstring says otherwise: values are SI and radians, times are flight time in
+s; `rate` is that of the samples and their grid ``k / rate``, Hz. Reading and writing raise
+`FlightError` where the disk refuses, and `FileProblemsError` where a file holds mistakes.
+"""
 
 from __future__ import annotations
 

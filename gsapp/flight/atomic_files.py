@@ -14,13 +14,7 @@ from gsapp.foundation.errors import DISK_FULL_ERRNOS, format_os_error
 
 @contextlib.contextmanager
 def atomic_flight_file(path: Path | str) -> Iterator[Path]:
-    """Give a temporary file to write to, and put it in place of `path` if all went well.
-
-    Raises
-    ------
-    FlightError
-        If the disk refuses. What stood at `path` then still stands.
-    """
+    """Give a temporary file to write to, and put it in place of `path` if all went well."""
     target = Path(path)
     try:
         if target.is_dir():
@@ -39,10 +33,7 @@ def atomic_flight_file(path: Path | str) -> Iterator[Path]:
 def atomic_flight_folder(folder: Path | str) -> Iterator[Path]:
     """Give a folder to fill with a flight, and put it in place as a whole if all went well.
 
-    Raises
-    ------
-    FlightError
-        If the disk refuses; it is told of the folder by the name that it was to have.
+    An error tells of the folder by the name that it was to have.
     """
     target = Path(folder)
     made = target
@@ -66,26 +57,14 @@ def _disk_is_full(error: Exception) -> bool:
 
 
 def write_flight_file(path: Path | str, content: bytes | str) -> Path:
-    """Write a whole file as `gsapp.foundation.write_atomically` does.
-
-    Raises
-    ------
-    FlightError
-        If the disk refuses. What stood at `path` then still stands.
-    """
+    """Write a whole file; if the disk refuses, what stood at `path` still stands."""
     with atomic_flight_file(path) as temporary:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     return Path(path)
 
 
 def copy_atomically(source: Path | str, target: Path | str) -> Path:
-    """Copy a file of any size, so that a reader never meets half of it.
-
-    Raises
-    ------
-    FlightError
-        If the source cannot be read or the target cannot be written.
-    """
+    """Copy a file of any size, so that a reader never meets half of it."""
     with atomic_flight_file(target) as temporary, temporary.open("wb") as copy:
         try:
             with Path(source).open("rb") as stream:

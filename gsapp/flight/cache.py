@@ -45,13 +45,7 @@ class DecodedFlight:
 
 
 def cache_key(files: Iterable[Path], settings: Mapping[str, Any]) -> str:
-    """Return a key that changes with any byte, setting or line of code behind the numbers.
-
-    Parameters
-    ----------
-    settings : mapping
-        What JSON can hold.
-    """
+    """Return a key that changes with any byte, setting or line of code behind the numbers."""
     digest = hashlib.blake2b(digest_size=20)
     for file in files:
         digest.update(f"\0{file.name}\0".encode())

@@ -67,7 +67,6 @@ class AppliedCertificates:
         return f"{head} those of the flight; {' and '.join(parts)}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return this for programs."""
         return {
             "certificates": {
                 name: {"stamp": one.stamp.isoformat(), "who": one.who}
@@ -94,13 +93,7 @@ def uncalibrated_channels(sources: Mapping[str, ChannelSource]) -> tuple[str, ..
 def calibration_remarks(
     used: AppliedCertificates, sources: Mapping[str, ChannelSource], block: Block | None = None
 ) -> tuple[str, ...]:
-    """Return what is to be said of the calibration behind a flight's numbers, if anything is.
-
-    Parameters
-    ----------
-    block : Block, optional
-        The whole flight, for which channels left the range that was calibrated.
-    """
+    """Return what is to be said of the calibration behind a flight's numbers, if anything is."""
     listed = ", ".join(uncalibrated_channels(sources))
     lacking = f"uncalibrated (no certificate), volts only: {listed}"
     beyond = "" if block is None else _out_of_range_text(used, sources, block)
@@ -114,11 +107,8 @@ def calibrated_ranges(
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """Return what the instruments behind each channel were calibrated for.
 
-    Returns
-    -------
-    dict of str to dict
-        By channel, derived ones among them: by instrument the lowest and highest value, SI.
-        Channels without a certificate behind them are left out.
+    By channel, derived ones among them: by instrument the lowest and highest value, SI. Channels
+    without a certificate behind them are left out.
     """
     covered = {
         name: certificate.padded_value_range
@@ -138,13 +128,7 @@ def instruments_out_of_range(
     sources: Mapping[str, ChannelSource],
     value_of: Callable[[str], float],
 ) -> tuple[str, ...]:
-    """Return the instruments that read beyond what they were calibrated for, sorted.
-
-    Parameters
-    ----------
-    value_of : callable
-        From a channel to what it reads, SI; NaN for nothing.
-    """
+    """Return the instruments whose values lie beyond what they were calibrated for, sorted."""
     return tuple(
         name
         for name, certificate in sorted(used.applied.items())
@@ -191,13 +175,8 @@ def _out_of_range_text(
 def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:
     """Return columns of volts whose channel is not among the columns, with that channel.
 
-    A table keeps no certificates: volts without their channel are those of an instrument that was
-    not calibrated.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Ids, such as ``q_volts`` or ``q_volts.2``.
+    A table keeps no certificates: volts (``q_volts``, ``q_volts.2``) without their channel are
+    those of an instrument that was not calibrated.
     """
     there = set(columns)
     wanted = {column: _channel_of_volts(column) for column in columns}

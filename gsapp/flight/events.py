@@ -71,13 +71,7 @@ class Event:
 
     @staticmethod
     def from_json(content: object) -> Event:
-        """Return the event of a parsed line.
-
-        Raises
-        ------
-        ValueError
-            If the line does not hold an event.
-        """
+        """Return the event of a parsed line."""
         if not isinstance(content, dict):
             raise ValueError("a line of events holds no JSON object")
         kind, text = content.get("kind"), content.get("text", "")
@@ -116,13 +110,8 @@ def event_from_notice(notice: Notice) -> Event:
 def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) -> Event:
     """Return the event by which the crew chooses the flown system of the whole flight.
 
-    Parameters
-    ----------
-    time : float, optional
-        Flight time (s) by the clock of the system flown so far, at `stamp_us`; relates the events
-        before to the clock of the system chosen, see `convert_to_flown_clock`.
-    stamp_us : int
-        Host stamp of a record, us.
+    `time` is that of the system flown so far at the host stamp `stamp_us`, us: it relates the
+    events before to the clock of the system chosen, see `convert_to_flown_clock`.
     """
     data = {"system": system} if time is None else {"system": system, "stamp_us": stamp_us}
     return Event(kind=VEHICLE_EVENT, text=f"Flown system: {system}", time=time, data=data)
@@ -136,13 +125,7 @@ def event_system(event: Event) -> int | None:
 
 
 def read_selected_system(path: Path) -> int | None:
-    """Return the flown system that the crew chose last; None if it never did.
-
-    Parameters
-    ----------
-    path : Path
-        The events file; it need not exist.
-    """
+    """Return the flown system that the crew chose last in an events file; None if it never did."""
     try:
         events = read_events(path).events
     except FlightError:
@@ -173,15 +156,10 @@ def clock_readings(events: Iterable[Event]) -> dict[int, float]:
 
 
 def convert_to_flown_clock(events: Sequence[Event]) -> tuple[Event, ...]:
-    """Return events with their times by the clock of the system flown now.
+    """Return events, in the order written, by the clock of the system flown now.
 
-    Flight time is the clock of the flown system: what was written before another was chosen
-    carries the clock of the former one, and is moved where both are known at the choice.
-
-    Parameters
-    ----------
-    events : sequence of Event
-        In the order in which they were written.
+    Flight time is the clock of the flown system: what was written before another was chosen carries
+    the clock of the former one, and is moved where both are known at the choice.
     """
     told = clock_readings(events)
     shift = 0.0
@@ -229,17 +207,9 @@ def events_path(flight: Path) -> Path:
 
 
 class EventLog:
-    """The events file of one flight, for appending and for following.
+    """An events file, which need not exist yet, for appending and following.
 
-    Parameters
-    ----------
-    path : Path or str
-        ``events.jsonl``; it need not exist yet.
-
-    Attributes
-    ----------
-    damaged : int
-        Lines that `poll` had to skip so far.
+    `damaged` counts the lines that `poll` had to skip so far.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -251,20 +221,9 @@ class EventLog:
         """Write one event at the end of the file, whole, and see it onto the disk.
 
         An event without a host time gets the present one.
-
-        Raises
-        ------
-        FlightError
-            If the file cannot be written, or the data is not JSON.
         """
         if not event.host_time_us:
-            event = Event(
-                kind=event.kind,
-                text=event.text,
-                time=event.time,
-                host_time_us=time.time_ns() // 1000,
-                data=event.data,
-            )
+            event = replace(event, host_time_us=time.time_ns() // 1000)
         try:
             line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False)
         except (TypeError, ValueError) as error:
@@ -276,13 +235,7 @@ class EventLog:
         return event
 
     def write_line(self, event: Event, line: str) -> None:
-        """Write the line of an event.
-
-        Raises
-        ------
-        FlightError
-            If the disk refuses.
-        """
+        """Write the line of an event."""
         try:
             _append_line(self.path, f"{line}\n".encode())
         except OSError as error:
@@ -328,13 +281,7 @@ class EventFileContent:
 
 
 def read_events(path: Path | str) -> EventFileContent:
-    """Read a whole events file; a missing one holds no events, a torn last line is counted.
-
-    Raises
-    ------
-    FlightError
-        If the file is there but cannot be read.
-    """
+    """Read a whole events file; a missing one holds no events, a torn last line is counted."""
     try:
         data = Path(path).read_bytes()
     except FileNotFoundError:

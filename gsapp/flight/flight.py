@@ -71,7 +71,6 @@ class Flight:
 
     @property
     def uncalibrated_channels(self) -> tuple[str, ...]:
-        """Return the channels whose instruments gave volts only, for want of a certificate."""
         return uncalibrated_channels(self.sources)
 
     @property
@@ -98,6 +97,5 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """Return the seconds from the first to the last sample."""
         times = self.block.times
         return float(times[-1] - times[0]) if times.size else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -24,28 +25,10 @@ def import_flight(
     """Make a flight folder of a file, with the file itself kept inside.
 
     A ``.tlog`` becomes the folder's ``raw.tlog``, byte for byte; any other file its on-board log,
-    named in ``flight.toml``. The map and the certificates it names are copied, so that the flight
-    can be read again, with these or with others. Marks, notes and maneuvers corrected by hand lay
-    beside the file, and come along. The folder appears whole or not at all.
-
-    Parameters
-    ----------
-    file : Path or str
-        What `gsapp.flight.load_flight` reads, except a folder.
-    channel_map : str or Path, optional
-        Name or path of a map; by default the shipped one that fits.
-
-    Returns
-    -------
-    Flight
-        As read from the file, with the path of the new folder.
-
-    Raises
-    ------
-    FlightError
-        If `out` is taken, or the file cannot be read.
-    FileProblemsError
-        If the file or the map holds mistakes.
+    named in ``flight.toml``. The map (by default the shipped one that fits) and the certificates it
+    names are copied, so that the flight can be read again, with these or with others. Marks, notes
+    and maneuvers corrected by hand lay beside the file, and come along. The folder appears whole or
+    not at all.
     """
     source, target = Path(file), Path(out)
     if source.is_dir():
@@ -62,17 +45,7 @@ def import_flight(
     )
     with atomic_flight_folder(target) as made:
         _write_folder(made, info, source, chosen)
-    return Flight(
-        name=info.name,
-        path=target,
-        block=flight.block,
-        sources=flight.sources,
-        info=FlightFolder.open(target).info(),
-        frames=flight.frames,
-        events=flight.events,
-        remarks=flight.remarks,
-        certificates=flight.certificates,
-    )
+    return replace(flight, name=info.name, path=target, info=FlightFolder.open(target).info())
 
 
 def _write_folder(made: Path, info: FlightInfo, source: Path, chosen: ChannelMap | None) -> None:

@@ -21,16 +21,12 @@ from gsapp.flight.file_names import EVENTS_FILE
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw_files import RawDamage, RawTail, read_nonempty_tlog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.flight.read_settings import FlightReadSettings, NameOrPath
-from gsapp.flight.readers.columns import ColumnFlight, build_flight_from_columns
+from gsapp.flight.readers.columns import ColumnFlight, build_flight_from_columns, read_flight_csv
 from gsapp.flight.readers.dataflash import read_dataflash
-from gsapp.flight.readers.flight_csv import read_flight_csv
-from gsapp.flight.readers.log_mapping import clipped_remarks, map_log, resample_to_grid
-from gsapp.flight.readers.log_table import ForeignLog
-from gsapp.flight.readers.matlab import read_mat_columns
-from gsapp.flight.readers.parquet import read_parquet_columns
-from gsapp.flight.readers.tables import read_table
+from gsapp.flight.readers.log_mapping import ForeignLog, clipped_remarks, map_log, resample_to_grid
+from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns, read_table
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.uniform_grid import combine_on_grid, find_uniform_grid, median_step
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
@@ -138,22 +134,9 @@ def check_flight_exists(path: Path) -> None:
 
 
 def load_with_log(folder: FlightFolder, log: Path) -> Flight:
-    """Open a flight as it would be with another on-board log.
+    """Open a flight as it would be with another on-board log; `Flight.onboard`: whether it fits.
 
-    Parameters
-    ----------
-    log : Path
-        Anywhere; `Flight.onboard` says whether it fits.
-
-    Returns
-    -------
-    Flight
-        If the log is put into the folder under its name, the flight opens at once.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be read.
+    If the log is put into the folder under its name, the flight opens at once.
     """
     return _load_folder(folder, FlightReadSettings.load(folder.path), log)
 
@@ -454,14 +437,7 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
     """Return the shipped map that fits what a record begins with.
 
     The box of the B777 sends an array called ``daq``; other autopilots name themselves in their
-    heartbeats.
-
-    Raises
-    ------
-    UnmappedError
-        If none is known to fit.
-    FlightError
-        If there is nothing to go by.
+    heartbeats. `UnmappedError` if none is known to fit.
     """
     autopilots: Counter[int] = Counter()
     for record in records:

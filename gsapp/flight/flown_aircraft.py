@@ -83,10 +83,7 @@ class _LoadedMass:
 def apply_flight_info(aircraft: Aircraft, info: FlightInfo | None) -> FlownAircraft:
     """Return the aircraft with the mass, center of gravity and inertia of one flight.
 
-    Raises
-    ------
-    FlightError
-        If the card does not make an aircraft: scales that do not carry it, or less mass than fuel.
+    `FlightError` if the card makes none: scales that do not carry it, or less mass than fuel.
     """
     if info is None:
         return FlownAircraft(aircraft=aircraft)
@@ -243,7 +240,6 @@ def _inertia_text(file: MassProperties, found: MassProperties) -> list[str]:
 
 
 def _reference_point_text(center: Position, aircraft: Aircraft) -> str:
-    """Return what another CG means for the moments, by r x F with r between the two."""
     x, _, _ = center
     geometry = aircraft.geometry
     return (

@@ -76,13 +76,8 @@ class FlightFolder:
     def create(path: Path | str, info: FlightInfo | None = None) -> FlightFolder:
         """Make a flight folder, or go on in one that is already there.
 
-        A missing date becomes the present, missing versions the present ones. In a folder that
-        has a ``flight.toml`` that file is left as it is.
-
-        Raises
-        ------
-        FlightError
-            If the place is taken by a file, by a folder of other things, or cannot be written.
+        A missing date becomes the present, missing versions the present ones. In a folder that has
+        a ``flight.toml`` that file is left as it is. A folder of other things is refused.
         """
         folder = FlightFolder(path=Path(path))
         _check_not_file(folder.path)
@@ -112,11 +107,8 @@ class FlightFolder:
     def open(path: Path | str) -> FlightFolder:
         """Open a flight folder.
 
-        Raises
-        ------
-        FlightError
-            If there is nothing, a file, a folder that may not be read, or one without a flight;
-            or a pipe or device in the place of a file, which would be waited for.
+        `FlightError` if there is none, and where a pipe or device in the place of a file would be
+        waited for.
         """
         folder = Path(path)
         if not folder.exists():
@@ -133,13 +125,7 @@ class FlightFolder:
 
     @property
     def name(self) -> str:
-        """Return what the crew calls the flight, else the name of the folder.
-
-        Raises
-        ------
-        FileProblemsError
-            If ``flight.toml`` holds mistakes.
-        """
+        """Return what the crew calls the flight, else the name of the folder."""
         info = self.info()
         return (info.name if info else "") or self.path.resolve().name
 
@@ -150,7 +136,6 @@ class FlightFolder:
 
     @property
     def tlog_file(self) -> Path:
-        """Return the path of the frames."""
         return self.path / FRAMES_FILE
 
     @property
@@ -160,49 +145,34 @@ class FlightFolder:
 
     @property
     def nonempty_raw_files(self) -> tuple[Path, ...]:
-        """Return the raw files that hold anything."""
         return tuple(path for path in self.raw_files if path.stat().st_size)
 
     @property
     def aircraft_file(self) -> Path:
-        """Return where the copy of the aircraft file is."""
         return self.path / AIRCRAFT_FILE
 
     @property
     def channel_map_file(self) -> Path:
-        """Return where the copy of the channel map is."""
         return self.path / CHANNEL_MAP_FILE
 
     @property
     def calibration_folder(self) -> Path:
-        """Return where the copies of the certificates are."""
         return self.path / CALIBRATION_FOLDER
 
     @property
     def cards_file(self) -> Path:
-        """Return where the test cards of the flight are."""
         return self.path / CARDS_FILE
 
     @property
     def cache_folder(self) -> Path:
-        """Return where engineering units are cached."""
         return self.path / CACHE_FOLDER
 
     @property
     def events(self) -> EventLog:
-        """Return the events file, for appending and following."""
         return EventLog(self.path / EVENTS_FILE)
 
     def info(self) -> FlightInfo | None:
-        """Read ``flight.toml``; None if there is none.
-
-        Raises
-        ------
-        FileProblemsError
-            If it holds mistakes; all are named.
-        FlightError
-            If the folder may not be read.
-        """
+        """Read ``flight.toml``; None if there is none."""
         if not self.path.is_dir() or INFO_FILE not in _entries(self.path):
             return None
         return read_toml(self.info_file, FlightInfo)
@@ -210,16 +180,8 @@ class FlightFolder:
     def update_info(self, **changes: Any) -> FlightInfo:
         """Change some facts, and leave what people wrote, comments included, where it is.
 
-        Parameters
-        ----------
-        **changes
-            Fields of `FlightInfo`, as they stand in the file (``takeoff_weight="64.5 lb"``);
-            None takes one out.
-
-        Raises
-        ------
-        FileProblemsError
-            If the result would not be valid; the file then stands unchanged.
+        `changes` are fields of `FlightInfo`, as they stand in the file (``takeoff_weight="64.5
+        lb"``); None takes one out. If the result would not be valid, the file stands unchanged.
         """
         try:
             text = self.info_file.read_text(encoding="utf-8") if self.info_file.exists() else ""
@@ -237,13 +199,7 @@ class FlightFolder:
         return info
 
     def onboard_log(self) -> Path | None:
-        """Return the path of the on-board log; None if the flight has none.
-
-        Raises
-        ------
-        FlightError
-            If ``flight.toml`` names one that is not there.
-        """
+        """Return the path of the on-board log, which must be there; None if the flight has none."""
         info = self.info()
         if info is None or not info.onboard_log:
             return None
@@ -256,11 +212,9 @@ class FlightFolder:
         return path
 
     def store_aircraft(self, path: Path | str) -> Path:
-        """Copy the aircraft file in force into the folder."""
         return self._keep(Path(path), self.aircraft_file)
 
     def store_channel_map(self, path: Path | str) -> Path:
-        """Copy the channel map in force into the folder."""
         return self._keep(Path(path), self.channel_map_file)
 
     def store_certificates(self, paths: Iterable[Path | str]) -> tuple[Path, ...]:
@@ -295,23 +249,11 @@ class FlightFolder:
         return save_cards(self.cards_file, cards)
 
     def cards(self) -> CardSet | None:
-        """Read the test cards of the flight; None if it has none.
-
-        Raises
-        ------
-        FileProblemsError
-            If the file holds mistakes; all are named.
-        """
+        """Read the test cards of the flight; None if it has none."""
         return load_cards(self.cards_file) if path_lexists(self.cards_file) else None
 
     def certificate_files(self) -> tuple[Path, ...]:
-        """Return the copies of the certificates, sorted.
-
-        Raises
-        ------
-        GroundStationError
-            If they cannot be told.
-        """
+        """Return the copies of the certificates, sorted."""
         return list_files(self.calibration_folder, "*.toml")
 
     def aircraft(self) -> Aircraft | None:
@@ -345,13 +287,7 @@ class FlightFolder:
 
 
 def is_flight_folder(path: Path | str) -> bool:
-    """Return whether a path is a folder that holds a flight.
-
-    Raises
-    ------
-    FlightError
-        If it is a folder that may not be read.
-    """
+    """Return whether a path is a folder, which may be read, that holds a flight."""
     folder = Path(path)
     if not folder.is_dir():
         return False

@@ -65,15 +65,7 @@ class InfoWarning:
 def check_flight_info(
     info: FlightInfo, aircraft: Aircraft | None = None, *, system: str = "US"
 ) -> tuple[InfoWarning, ...]:
-    """Return what looks like a slip.
-
-    Parameters
-    ----------
-    aircraft : Aircraft, optional
-        As its file says; what weights and fuel are held against.
-    system : {"US", "SI"}
-        Units of the sentences.
-    """
+    """Return what looks like a slip, weights and fuel by the aircraft's file."""
     units = _SHOWN[system]
     return tuple(
         InfoWarning(field=field, text=convert_text_units(words, system))

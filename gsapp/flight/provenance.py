@@ -36,18 +36,7 @@ class InputFile:
 
 
 def hash_input_file(role: str, path: Path, *, name: str = "") -> InputFile:
-    """Return a file or folder with its sum.
-
-    Parameters
-    ----------
-    name : str
-        As it shall be called; the path where empty.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
+    """Return a file or folder with its sum, under the name given or its path."""
     parts: dict[str, str] = {}
     if path.is_dir():
         for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):

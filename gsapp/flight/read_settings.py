@@ -57,21 +57,7 @@ class FlightReadSettings:
     ) -> FlightReadSettings:
         """Find what a flight is read with: what is given, else what lies in its folder.
 
-        Parameters
-        ----------
-        path : Path
-            Flight folder or file. The folder need not hold anything yet.
-        channel_map, certificates, aircraft : name, path or object
-            In place of those in the folder.
-        rate : float, optional
-            In place of that of ``flight.toml``.
-
-        Raises
-        ------
-        FileProblemsError
-            If one of the files holds mistakes.
-        UnknownNameError
-            If something of a given name does not exist.
+        The folder need not hold anything yet.
         """
         own = None
         if path.is_dir():
@@ -110,13 +96,7 @@ class FlightReadSettings:
         )
 
     def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
-        """Return the certificates in force with a map.
-
-        Raises
-        ------
-        FlightError
-            If some were given, and the map has nothing to calibrate.
-        """
+        """Return the certificates in force with a map, which must have something to calibrate."""
         if self.override_source and not any(entry.calibration for entry in channel_map.entries):
             raise FlightError(
                 f"the certificates of '{self.override_source}' cannot be applied: the channel map "
@@ -130,10 +110,7 @@ class FlightReadSettings:
     def applied_certificates(self, channel_map: ChannelMap | None) -> AppliedCertificates:
         """Return which certificates count, and which would by themselves; see `certificates_for`.
 
-        Parameters
-        ----------
-        channel_map : ChannelMap or None
-            None where columns are read that were calibrated before.
+        The map is None where columns are read that were calibrated before.
         """
         used = {} if channel_map is None else self.certificates_for(channel_map)
         return AppliedCertificates(
@@ -142,15 +119,7 @@ class FlightReadSettings:
 
 
 def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:
-    """Return the aircraft that is given, else the copy in the flight's folder; None for neither.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes.
-    UnknownNameError
-        If there is none of that name.
-    """
+    """Return the aircraft that is given, else the copy in the flight's folder; None for neither."""
     if given is None and path.is_dir():
         copy = FlightFolder(path=path).aircraft_file
         given = copy if path_lexists(copy) else None

@@ -11,7 +11,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event
-from gsapp.flight.flight import Flight
+from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.maneuvers import collect_maneuvers
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
 from gsapp.flight.settings import FLIGHT_DATA
@@ -56,14 +56,7 @@ def summarize_flight(flight: Flight, aircraft: Aircraft | None = None) -> dict[s
         },
         "calibration": flight.calibration_json(),
         "onboard": flight.onboard.to_json() if flight.onboard else None,
-        "frames": {
-            "good": frames.good if frames else None,
-            "damaged": frames.damaged if frames else None,
-            "unknown": frames.unknown if frames else None,
-            "lost": frames.lost if frames else None,
-            "lines": frames.lines if frames else None,
-            "bad_lines": frames.bad_lines if frames else None,
-        },
+        "frames": {name: getattr(frames, name, None) for name in FrameCounts.__slots__},
         "events": events_json(flight.events),
         "cues": [],
         "maneuvers": _maneuvers(flight, aircraft),
@@ -87,24 +80,11 @@ def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]
 def channel_statistics(
     times: FloatArray, values: FloatArray, *, circular: bool = False
 ) -> dict[str, Any]:
-    """Sum up one channel.
+    """Sum up one channel: times and values of shape (n,), NaN where missing.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Increasing, s.
-    values : ndarray, shape (n,)
-        SI; NaN where missing.
-    circular : bool
-        Whether they are angles (rad) for which a full turn is none: the mean of 179 and -179 deg
-        is 180 deg.
-
-    Returns
-    -------
-    dict
-        ``count`` of samples; ``rate`` by their median spacing, Hz; ``min``, ``max``, ``mean``;
-        ``gaps``, the times that it was missing for more than `FLIGHT_DATA.max_gap_periods` of its
-        own periods between two samples.
+    ``count`` of samples; ``rate`` by their median spacing, Hz; ``min``, ``max``, ``mean`` (of
+    angles that are `circular`, 179 and -179 deg, 180 deg); ``gaps``, the times that it was missing
+    for more than `FLIGHT_DATA.max_gap_periods` of its own periods between two samples.
     """
     present = ~np.isnan(values)
     samples = values[present]

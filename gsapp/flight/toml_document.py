@@ -1,17 +1,24 @@
-"""A file of a flight being filled in: changed value by value, checked at once, saved whole."""
+"""Files of a flight being filled in: changed value by value, checked at once, saved whole."""
 
 from __future__ import annotations
 
 import copy
+import tomllib
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
-from gsapp.foundation import FlightError
+from gsapp.flight.atomic_files import write_flight_file
+from gsapp.flight.cards import SHIPPED_CARDS, CardSet, load_cards
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FileProblem, FileProblemsError, FlightError, read_toml
 from gsapp.foundation.files import file_stamp
+from gsapp.foundation.toml import toml_text, validate_content
 
 KeyPath = tuple[str, ...]
 """Path of a value in the file: ``("weather", "temperature")``; a place in a list is its number."""
@@ -23,22 +30,9 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class TomlDocument(ABC, Generic[Model]):
-    """A TOML file while people type into it.
+    """A TOML file, which need not be there yet, while people type into it.
 
-    Parameters
-    ----------
-    path : Path
-        The file; it need not be there yet.
-
-    Attributes
-    ----------
-    content : mapping
-        What it holds, saved or not. Replaced by a change, never changed in place.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds mistakes.
+    `content` is what it holds, saved or not: replaced by a change, never changed in place.
     """
 
     def __init__(self, path: Path) -> None:
@@ -65,11 +59,6 @@ class TomlDocument(ABC, Generic[Model]):
 
         Changes that were not saved are given up then. While its folder is gone, what was known
         stays.
-
-        Raises
-        ------
-        FileProblemsError
-            If it holds mistakes; what was known before stays.
         """
         stamp = file_stamp(self.path)
         if stamp == self._stamp or self._folder_is_gone:
@@ -92,17 +81,9 @@ class TomlDocument(ABC, Generic[Model]):
         return place
 
     def change(self, values: Mapping[KeyPath, Any]) -> None:
-        """Take other values; `save` writes them.
+        """Take other values as they would stand in the file, None for out; `save` writes them.
 
-        Parameters
-        ----------
-        values : mapping of path to value
-            As they would stand in the file; None takes one out.
-
-        Raises
-        ------
-        FileProblemsError
-            If the file would hold mistakes then; key paths say where. All stays as it was.
+        All stays as it was if the file would hold mistakes then.
         """
         content = copy.deepcopy(dict(self.content))
         for key, value in values.items():
@@ -116,17 +97,13 @@ class TomlDocument(ABC, Generic[Model]):
 
     @property
     def is_saved(self) -> bool:
-        """Return whether the file holds what is known here."""
         return self.content == self._saved
 
     def save(self) -> None:
         """Write what changed.
 
-        Raises
-        ------
-        FlightError
-            If the disk refuses, or was taken away: a folder made anew in its place would be
-            hidden when it comes back. What changed is still known here then.
+        `FlightError` if the disk refuses, or was taken away: a folder made anew in its place would
+        be hidden when it comes back. What changed is still known here then.
         """
         if not self.is_saved:
             if self._folder_is_gone:
@@ -159,3 +136,89 @@ def _set_value(place: Any, key: KeyPath, value: Any) -> None:
         del place[head]
     else:
         place.pop(head, None)
+
+
+class FlightInfoFile(TomlDocument[FlightInfo]):
+    """The card of one flight; see `TomlDocument`. Neither folder nor file need be there yet.
+
+    Comments that people wrote into the file stay, except within tables that change.
+    """
+
+    def __init__(self, folder: FlightFolder) -> None:
+        self.folder = folder
+        super().__init__(folder.info_file)
+
+    def _load(self) -> tuple[TomlContent, FlightInfo]:
+        if not self.path.exists():
+            return {}, FlightInfo()
+        info = read_toml(self.path, FlightInfo)
+        return tomllib.loads(self.path.read_text(encoding="utf-8")), info
+
+    def _checked(self, content: TomlContent) -> FlightInfo:
+        return validate_content(self.path, content, FlightInfo)
+
+    def _store(self, content: TomlContent, saved: TomlContent) -> None:
+        names = dict.fromkeys((*content, *saved))
+        changes = {name: content.get(name) for name in names}
+        self.folder.update_info(
+            **{name: value for name, value in changes.items() if value != saved.get(name)}
+        )
+
+
+class CardSetFile(TomlDocument[CardSet]):
+    """A set of test cards; see `TomlDocument`. Values stay in the units they were typed in.
+
+    While there is no such file, the shipped set called `usual` counts.
+    """
+
+    def __init__(self, path: Path, usual: str) -> None:
+        self._usual = usual
+        super().__init__(path)
+
+    def _load(self) -> tuple[TomlContent, CardSet]:
+        path = self.path if self.path.is_file() else SHIPPED_CARDS.find(self._usual)
+        cards = load_cards(path)
+        return tomllib.loads(path.read_text(encoding="utf-8")), cards
+
+    def _checked(self, content: TomlContent) -> CardSet:
+        cards = validate_content(self.path, content, CardSet)
+        count = Counter(card.id for card in cards.cards)
+        twice = [name for name, number in count.items() if number > 1]
+        if twice:
+            raise FileProblemsError(
+                self.path,
+                [
+                    FileProblem(
+                        where="cards",
+                        what=f"two cards have the id '{twice[0]}'",
+                        remedy="give each its own",
+                    )
+                ],
+            )
+        return cards
+
+    def _store(self, content: TomlContent, saved: TomlContent) -> None:  # noqa: ARG002
+        write_flight_file(self.path, toml_text(content))
+
+    def save_as(self, path: Path) -> None:
+        """Write the cards into another file as well."""
+        write_flight_file(path, toml_text(self.content))
+
+    # The cards as a list
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        return copy.deepcopy(list(self.content["cards"]))
+
+    def with_duplicated_row(self, row: int) -> list[dict[str, Any]]:
+        """Return the cards with a copy of one below it, under an id of its own."""
+        rows = self.rows
+        made = copy.deepcopy(rows[row])
+        known = {str(one["id"]) for one in rows}
+        stem = str(made["id"]).rstrip("0123456789") or str(made["id"])
+        number = 1
+        while f"{stem}{number}" in known:
+            number += 1
+        made["id"] = f"{stem}{number}"
+        rows.insert(row + 1, made)
+        return rows

@@ -15,19 +15,9 @@ IndexArray = npt.NDArray[np.int64]
 
 
 def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
-    """Return the sample indices of a grid that covers those present.
+    """Return the numbers of the rows of a grid that covers those present, shape (m,), in any order.
 
-    Parameters
-    ----------
-    present : ndarray of int64, shape (m,)
-        Indices that hold a sample, in any order.
-    rate : float
-        Samples per second.
-
-    Returns
-    -------
-    ndarray of int64
-        Increasing by one, but for pauses longer than `FLIGHT_DATA.max_filled_gap`.
+    Increasing by one, but for pauses longer than `FLIGHT_DATA.max_filled_gap`.
     """
     found = np.unique(present)
     if not found.size:
@@ -44,19 +34,9 @@ def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
 
 
 def combine_on_grid(blocks: Iterable[Block], rate: float) -> Block:
-    """Lay blocks of different channels on one grid.
+    """Lay blocks of different channels, on the grid ``k / rate``, on one; NaN where missing.
 
-    Parameters
-    ----------
-    blocks : iterable of Block
-        On the grid ``k / rate``; successive blocks of a channel do not overlap.
-    rate : float
-        Samples per second.
-
-    Returns
-    -------
-    Block
-        Every channel with a sample, in the order met, NaN where it has none.
+    Channels in the order met. Successive blocks of a channel do not overlap.
     """
     channels: dict[str, int] = {}
     pieces: list[tuple[list[int], IndexArray, FloatArray]] = []
@@ -78,19 +58,9 @@ def combine_on_grid(blocks: Iterable[Block], rate: float) -> Block:
 
 
 def overlay_on_grid(blocks: Sequence[Block], rate: float) -> Block:
-    """Lay blocks on one grid; where two have a sample of one channel, the later block's counts.
+    """Lay blocks of a grid on one; where two have a sample, the later block's counts.
 
-    Parameters
-    ----------
-    blocks : sequence of Block
-        On the grid ``k / rate``; they may overlap.
-    rate : float
-        Samples per second.
-
-    Returns
-    -------
-    Block
-        Every channel, those of the last block first, NaN where none has a sample.
+    The channels of the last block come first; NaN where none has a sample.
     """
     names = tuple(dict.fromkeys(name for block in reversed(blocks) for name in block.channels))
     indices = [np.rint(block.times * rate).astype(np.int64) for block in blocks]

@@ -17,7 +17,7 @@ import numpy as np
 
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import find_suspect_signs
-from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
+from gsapp.flight.maneuvers.dead_instruments import is_stuck, sensor_noise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, Axis
 from gsapp.identification.maneuver import Maneuver

@@ -18,7 +18,7 @@ from threading import Thread
 from typing import TypeVar
 
 from gsapp.flight.events import Event, EventLog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import FlightError
 from gsapp.session.monitor_settings import MONITORS
 

@@ -13,7 +13,7 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import guess_channel_map
 from gsapp.flight.raw_files import RAW_FILES, RawDamage, RawTail, read_nonempty_tlog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.flight.read_settings import FlightReadSettings
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block

@@ -10,7 +10,7 @@ import pytest
 
 from calibration.certificate_toml import certificate_paths
 from gsapp.excitation.cueing import CueGenerator
-from gsapp.excitation.cueing.limitations_text import NO_AIRCRAFT, NO_CARDS, NO_MODEL
+from gsapp.excitation.cueing.cue_generator import NO_AIRCRAFT, NO_CARDS, NO_MODEL
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
 from gsapp.session import UNLIMITED_SPEED, Session

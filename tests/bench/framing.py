@@ -25,7 +25,7 @@ from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer, MavlinkFrame
 from gsapp.decoding.health import LinkHealth
 from gsapp.flight.raw_files import FRAMES_FILE, RawTail, RawWriter
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 
 START_US = 1_700_000_000_000_000
 # Batches of a live link: of a window that has much to do, and of one that takes in every sample

@@ -58,7 +58,7 @@ from gsapp.excitation.information.predicted_bounds import (
     information_from_fit,
     predict_information,
 )
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification import maximum_likelihood as likelihood
 from gsapp.identification.campaign import CampaignSettings, run_campaign

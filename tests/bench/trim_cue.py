@@ -1,7 +1,7 @@
 """The trim cue over 300 flights towards trim and away from it: is GO given, and given rightly.
 
 Truth are the states of the simulator over the last second against the tolerances that
-`gsapp.excitation.trim.tolerances` states (five degrees of bank with attitude, eight without;
+`gsapp.excitation.trim.trim_cue` states (five degrees of bank with attitude, eight without;
 rates, climb, change of speed, unrest over three seconds) and those of the test point (5 ft/s,
 1.5 deg). Moments within 10 % of a boundary are counted apart. The aircraft appears in mid-air, so
 the first eight seconds do not count, and nothing does once the input begins.

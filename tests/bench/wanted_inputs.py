@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.model import Model
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.point import TargetInput
 from gsapp.excitation.test_points.target_selection import select_target_input
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.points_kit import BEFORE, DT, b777, flown, nearest_limit, point, standing_out

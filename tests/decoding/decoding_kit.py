@@ -7,7 +7,7 @@ import numpy as np
 
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.dialect import dialect
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.quantities import Block
 
 HOST = 1_700_000_000_000_000

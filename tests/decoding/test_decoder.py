@@ -17,7 +17,7 @@ from calibration import load_certificates
 from gsapp.aircraft import load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import FlightError
 from tests.decoding.decoding_kit import (
     HOST,

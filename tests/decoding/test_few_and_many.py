@@ -31,7 +31,7 @@ from gsapp.decoding.messages import (
     number_reader,
 )
 from gsapp.decoding.pipeline import Pipeline
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import CHANNELS, Block, channel, to_si
 from tests.decoding.decoding_kit import HOST, assert_same, decode_in_chunks, gather

@@ -31,7 +31,7 @@ from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info_checks import check_flight_info
 from gsapp.flight.maneuvers import DetectedManeuver, ManeuverEditLog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.weights import load_weights
 from gsapp.quantities.constants import GRAVITY

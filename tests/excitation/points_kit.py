@@ -13,8 +13,7 @@ from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import Trim, trim
 from gsapp.excitation.test_points.amplitudes import channel_noise
 from gsapp.excitation.test_points.point import TestPoint
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
-from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS
+from gsapp.flight.maneuvers.input_measures import INPUT_CRITERIA, RESPONSE_CHANNELS
 from gsapp.flight.maneuvers.input_shape import smooth_samples
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray

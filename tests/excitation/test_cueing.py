@@ -10,7 +10,7 @@ import pytest
 from gsapp.excitation.cueing import CueGenerator
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.debrief import create_debrief
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.flight.cards import CardSet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block

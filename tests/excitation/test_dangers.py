@@ -1,6 +1,7 @@
 """Dangers: sound flights raise none, failing instruments are named, whatever the stream's cuts."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +11,13 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.aircraft.config import Limits
-from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
+from gsapp.excitation.alerts.alert import ActiveAlerts, Alert, AlertLevel
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
-from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
 from gsapp.excitation.alerts.geofence import Geofence, load_geofence
 from gsapp.excitation.alerts.row_frames import FlightFrame, FrameSplitter
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.alerts.sensor_monitors import ClippingMonitor
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.settings import ALERTS
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.session_flight import find_session_setting
@@ -122,9 +122,7 @@ def test_a_failing_instrument_is_named_and_no_other(
 def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
     for faults, said in (((), []), (("beta:dropout:start=15 s",), ["beta"])):
         block = record(pattern, faults=faults)
-        thinned = Block(
-            channels=block.channels, times=block.times[::every], values=block.values[::every]
-        )
+        thinned = replace(block, times=block.times[::every], values=block.values[::every])
         watch = AlertMonitor(_b777(), RATE / every)
         watch.process_rows(rows_from_block(thinned, RATE / every))
         assert [danger.key for danger in watch.log] == said
@@ -164,7 +162,7 @@ def harmed(pattern: Flown) -> Block:
     harm = stuck_with_noise("alpha", 9.0, VANE)
     block = record(pattern, faults=("q:dropout:start=14 s,every=2 s,length=0.2 s",), harm=harm)
     rows = slice(0, 2200)
-    return Block(channels=block.channels, times=block.times[rows], values=block.values[rows])
+    return replace(block, times=block.times[rows], values=block.values[rows])
 
 
 @settings(max_examples=5, deadline=None)
@@ -361,10 +359,8 @@ def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
 
 def test_what_stands_does_not_flicker() -> None:
     standing = ActiveAlerts()
-    caution = AlertCondition(key="stall", level=AlertLevel.CAUTION, text="", spoken_text="slow")
-    warning = AlertCondition(
-        key="stall", level=AlertLevel.WARNING, text="", spoken_text="stall: push"
-    )
+    caution = Alert(key="stall", level=AlertLevel.CAUTION, text="", spoken_text="slow")
+    warning = Alert(key="stall", level=AlertLevel.WARNING, text="", spoken_text="stall: push")
     for step in range(20):
         standing.update(0.25 * step, [caution] if step % 3 == 0 else [])
         assert standing.alerts

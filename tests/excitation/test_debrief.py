@@ -10,13 +10,17 @@ from hypothesis import strategies as st
 
 from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.cli.debrief import debrief as debrief_command
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, ManeuverCurves, extract_curves
-from gsapp.excitation.debrief_trends import compute_flight_trend, compute_trends
+from gsapp.excitation.debrief import (
+    Debrief,
+    EvaluatedManeuver,
+    ManeuverCurves,
+    compute_flight_trend,
+    compute_trends,
+    extract_curves,
+)
 from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict, VerdictResult
 from gsapp.excitation.flight_rows import rows_from_block
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.flight.cards import save_cards
 from gsapp.flight.catalog import (
     CardScore,

@@ -30,13 +30,14 @@ from gsapp.excitation.information.flight_knowledge import (
 from gsapp.excitation.information.information_matrix import CombinedInformation
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import BoundReduction
-from gsapp.excitation.information.pilot_error_model import (
+from gsapp.excitation.information.planned_maneuver import (
     ErrorDistribution,
     PilotErrorModel,
     draw_executions,
+    simulate_maneuver,
 )
-from gsapp.excitation.information.planned_maneuver import simulate_maneuver
 from gsapp.excitation.information.predicted_bounds import (
+    assumed_noise,
     compute_sensitivities,
     fit_maximum_likelihood,
     information_from_fit,
@@ -44,8 +45,7 @@ from gsapp.excitation.information.predicted_bounds import (
     predict_information,
 )
 from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
-from gsapp.excitation.information.response_noise import assumed_noise
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import linearize_level_flight
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
@@ -365,10 +365,7 @@ def _flight_rows(speed: np.ndarray, throttle: float) -> FlightRows:
 @given(cuts=st.lists(st.integers(1, 1199), max_size=8), throttle=st.floats(0.2, 1.0))
 def test_cutting_changes_no_budget(cuts: list[int], throttle: float) -> None:
     rows = _flight_rows(np.where(np.arange(1200) < 300, 0.0, 30.0), throttle)
-    whole, pieces = (
-        RemainingTimeEstimator(_aircraft(), 10.0),
-        RemainingTimeEstimator(_aircraft(), 10.0),
-    )
+    whole, pieces = (RemainingTimeEstimator(_aircraft(), 10.0) for _ in range(2))
     whole.process_rows(rows)
     for start, stop in pairwise(sorted({0, *cuts, 1200})):
         pieces.process_rows(rows.slice_rows(start, stop))
@@ -379,10 +376,7 @@ def test_cutting_changes_no_budget(cuts: list[int], throttle: float) -> None:
 def test_time_left_by_clock_and_by_fuel() -> None:
     speed = np.where(np.arange(2000) < 300, 0.0, 30.0)
     aircraft = _aircraft()
-    thrifty, thirsty = (
-        RemainingTimeEstimator(aircraft, 10.0),
-        RemainingTimeEstimator(aircraft, 10.0),
-    )
+    thrifty, thirsty = (RemainingTimeEstimator(aircraft, 10.0) for _ in range(2))
     thrifty.process_rows(_flight_rows(speed, 0.3))
     thirsty.process_rows(_flight_rows(speed, 1.0))
     by_clock = thrifty.time_left(200.0)

@@ -10,7 +10,6 @@ from gsapp.aircraft import load_aircraft
 from gsapp.excitation.test_points.stick_text import (
     STICK_SHARES,
     format_amplitude_change,
-    format_stick,
     format_sticks,
     format_width_change,
     needs_high_rate,
@@ -33,6 +32,10 @@ MEANT = {
     "twice": 2.0,
     "three times": 3.0,
 }
+
+
+def format_stick(aircraft, surface, size, rate_switch=None):
+    return format_sticks(aircraft, {surface: size}, rate_switch=rate_switch)[surface]
 
 
 def _degrees(words: str, surface: str) -> float:

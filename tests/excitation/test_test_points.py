@@ -12,12 +12,15 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.flight_rows import FlightRows, rows_from_block
-from gsapp.excitation.test_points import point_builder
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.point_builder import TestPointError, create_point_at
-from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.trim_curve import TrimCurve
+from gsapp.excitation.test_points.point import (
+    TestPoint,
+    TestPointError,
+    TrimCurve,
+    create_point_at,
+    create_test_point,
+)
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -124,25 +127,18 @@ def test_without_a_model_that_flies_nothing_is_told() -> None:
 
 
 def _card(speed: str, alpha: str | None = None) -> TestCard:
-    return TestCard.model_validate(
-        {
-            "id": "E9",
-            "speed": speed,
-            "alpha": alpha,
-            "surfaces": ["de"],
-            "amplitude": "4 deg",
-            "width": "0.5 s",
-        }
+    return TestCard(
+        id="E9", speed=speed, alpha=alpha, surfaces=("de",), amplitude="4 deg", width="0.5 s"
     )
 
 
 def test_a_card_is_completed_by_the_curve() -> None:
-    point = point_builder.create_test_point(_card("100 ft/s"), CURVE)
+    point = create_test_point(_card("100 ft/s"), CURVE)
     assert point.alpha == CURVE.alpha_at(100.0 * FOOT)
     assert point.throttle == pytest.approx(0.523, abs=0.005)
     assert (point.card, point.remarks) == ("E9", ())
     for card in load_cards("b777").cards:
-        assert point_builder.create_test_point(card, CURVE).speed == card.speed
+        assert create_test_point(card, CURVE).speed == card.speed
 
 
 @settings(max_examples=40, deadline=None)
@@ -154,24 +150,22 @@ def test_a_pair_off_the_curve_is_refused_with_the_trimmed_value(speed: float, mi
     card = _card(f"{speed} ft/s", f"{trimmed + miss} deg")
     assume(abs(abs(miss) - 1.5) > 0.02)
     if abs(miss) < 1.5:
-        assert point_builder.create_test_point(card, CURVE).alpha == pytest.approx(
-            (trimmed + miss) * DEGREE
-        )
+        assert create_test_point(card, CURVE).alpha == pytest.approx((trimmed + miss) * DEGREE)
         return
     with pytest.raises(TestPointError) as refused:
-        point_builder.create_test_point(card, CURVE)
+        create_test_point(card, CURVE)
     told = re.search(r"; write (-?[\d.]+) deg or leave alpha out", str(refused.value))
     assert float(told[1]) == pytest.approx(trimmed, abs=0.06)
-    point_builder.create_test_point(_card(f"{speed} ft/s", f"{told[1]} deg"), CURVE)
+    create_test_point(_card(f"{speed} ft/s", f"{told[1]} deg"), CURVE)
 
 
 def test_the_sentence_is_in_the_units_of_the_user() -> None:
     card = _card("100 ft/s", "8 deg")
     with pytest.raises(TestPointError) as us:
-        point_builder.create_test_point(card, CURVE)
+        create_test_point(card, CURVE)
     assert "alpha 3.7 deg" in str(us.value)
     with pytest.raises(ValueError, match=r"30\.5 m/s"):
-        point_builder.create_test_point(card, CURVE, system="SI")
+        create_test_point(card, CURVE, system="SI")
     assert isinstance(us.value, FlightError)
 
 
@@ -196,10 +190,10 @@ def test_alpha_alone_gets_its_speed() -> None:
 
 
 def test_without_a_model_a_point_stands_and_says_what_is_not_known() -> None:
-    bare = point_builder.create_test_point(_card("100 ft/s"), None)
+    bare = create_test_point(_card("100 ft/s"), None)
     assert (bare.speed, bare.alpha, bare.throttle) == (pytest.approx(30.48), None, None)
     assert "angle of attack" in bare.remarks[0]
-    pair = point_builder.create_test_point(_card("100 ft/s", "12 deg"), TrimCurve(b777()[0], None))
+    pair = create_test_point(_card("100 ft/s", "12 deg"), TrimCurve(b777()[0], None))
     assert pair.alpha == pytest.approx(12.0 * DEGREE)
     assert "speed and angle" in pair.remarks[0]
 

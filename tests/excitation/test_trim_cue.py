@@ -33,6 +33,7 @@ def rows(flights: list[FlownInput]) -> FlightRows:
 # Against the truth ---------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_go_comes_only_in_trim_and_then_soon(flights: list[FlownInput]) -> None:
     """By the simulator's states over the last second no GO is wrong, and few come late.
 

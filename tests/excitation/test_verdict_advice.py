@@ -6,13 +6,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from gsapp.aircraft import load_aircraft
-from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-from tests.excitation.verdict_kit import RATE, FlownInput, point_of, rows_in_ticks, wanted_of
+from tests.excitation.verdict_kit import FlownInput, wanted_of, watched
 from tests.virtual.inputs import fly_input
 
 CALM = {
@@ -31,18 +29,14 @@ def _flown(*surfaces: str) -> FlownInput:
 
 
 def _verdicts(flown: FlownInput, measured: Block, wanted: TargetInput) -> tuple[InputVerdict, ...]:
-    watch = DoubletMonitor(load_aircraft("b777"), RATE)
-    watch.expect(wanted, point_of(flown), None)
     assert flown.ground is not None
-    for rows in rows_in_ticks(flown.ground, measured):
-        watch.process_rows(rows)
-    return watch.verdicts
+    return watched(flown, flown.ground, measured, wanted=wanted)
 
 
 def _with(block: Block, name: str, values: np.ndarray | float) -> Block:
     changed = np.array(block.values)
     changed[:, block.channels.index(name)] = values
-    return Block(channels=block.channels, times=block.times, values=changed)
+    return replace(block, values=changed)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Inputs that are asked for excite as promised, flown on the nonlinear simulator."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from gsapp.dynamics.linearization import linearize_lateral
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.test_points.amplitudes import channel_noise
-from gsapp.excitation.test_points.model_update import update_model
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.perturbation_models import update_model
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.excitation.test_points.target_selection import DEFAULT_STEP_WIDTH, select_target_input
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.flight.maneuvers.input_measures import GradingContext, ManeuverSamples
@@ -38,9 +39,12 @@ from tests.excitation.points_kit import (
 SINGLE = (("de",), ("da",), ("dr",))
 
 
-def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> TargetInput:
+def _wanted(
+    surfaces: tuple[str, ...], speed: float = 100.0, kind: str = "doublet", **changes: Any
+) -> TargetInput:
     aircraft, model = b777()
-    return select_target_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
+    known = {"aircraft": aircraft, "model": model, "point": point(speed), **changes}
+    return select_target_input(surfaces, kind, **known)
 
 
 @pytest.mark.parametrize("speed", [75.0, 115.0])
@@ -79,7 +83,7 @@ def test_the_smallest_stands_out_of_the_noise_and_half_of_it_does_not(
 def test_the_grader_agrees_with_the_band(surface: str) -> None:
     """What lies well within the band is never graded too small nor too large afterwards."""
     aircraft, _ = b777()
-    wanted = _wanted((surface,), 100.0)
+    wanted = _wanted((surface,))
     band, width = wanted.amplitudes[surface], wanted.width.best
     noise = channel_noise(aircraft)
     floor = NoiseFloor(std={**noise, surface: 0.05 * DEGREE})
@@ -133,16 +137,16 @@ def test_the_width_leaves_the_most_motion_behind(surface: str, answer: str, spee
 
 
 def test_width_and_hands_off_follow_the_modes_of_the_source() -> None:
-    de, dr = _wanted(("de",), 100.0), _wanted(("dr",), 100.0)
+    de, dr = _wanted(("de",)), _wanted(("dr",))
     # Short period -4.5 +/- 3.1i, dutch roll -1.45 +/- 5.3i 1/s at 100 ft/s, by the eigenvalues.
     assert (de.mode, dr.mode) == ("short period", "dutch roll")
     assert de.width.best == pytest.approx(math.pi / abs(-4.46 + 3.10j), rel=0.03)
     assert dr.width.best == pytest.approx(math.pi / abs(-1.45 + 5.31j), rel=0.03)
     assert de.hands_off == pytest.approx(2.0 * math.tau / 3.10, rel=0.03)
     assert dr.hands_off == pytest.approx(2.0 * math.tau / 5.31, rel=0.03)
-    assert _wanted(("da",), 100.0).mode == "roll"
-    assert _wanted(("da",), 100.0).hands_off == dr.hands_off
-    assert _wanted(("de", "dr"), 100.0).hands_off == de.hands_off
+    assert _wanted(("da",)).mode == "roll"
+    assert _wanted(("da",)).hands_off == dr.hands_off
+    assert _wanted(("de", "dr")).hands_off == de.hands_off
 
 
 def test_moved_together_all_shrink_alike_to_what_they_may_do_together() -> None:
@@ -183,22 +187,14 @@ def _dutch_roll_pole(speed: float) -> complex:
 
 
 def test_a_3211_puts_its_step_of_two_where_a_doublet_puts_one() -> None:
-    doublet = _wanted(("de",), 100.0).width.best
+    doublet = _wanted(("de",)).width.best
     assert _wanted(("de",), 100.0, "3-2-1-1").width.best == pytest.approx(0.5 * doublet)
     assert _wanted(("de",), 100.0, "pulse").width.best == pytest.approx(doublet)
 
 
 def test_shipped_cards_are_within_what_the_aircraft_allows() -> None:
-    aircraft, model = b777()
     for card in load_cards("b777").cards:
-        wanted = select_target_input(
-            card.surfaces,
-            card.kind,
-            aircraft=aircraft,
-            model=model,
-            point=point(card.speed / FOOT),
-            card=card,
-        )
+        wanted = _wanted(card.surfaces, card.speed / FOOT, card.kind, card=card)
         assert wanted.source == "card"
         assert wanted.width.best == card.width
         for name, asked in card.amplitudes.items():
@@ -207,31 +203,13 @@ def test_shipped_cards_are_within_what_the_aircraft_allows() -> None:
             assert band.low < asked < band.high
 
 
-def _card(amplitude: str, **more: object) -> TestCard:
-    return TestCard.model_validate(
-        {
-            "id": "R9",
-            "speed": "100 ft/s",
-            "surfaces": ["dr"],
-            "amplitude": amplitude,
-            "width": "0.5 s",
-            **more,
-        }
-    )
+def _card(amplitude: str) -> TestCard:
+    return TestCard(id="R9", speed="100 ft/s", surfaces=("dr",), amplitude=amplitude, width="0.5 s")
 
 
 def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
-    aircraft, model = b777()
-
     def asked(amplitude: str) -> ToleranceBand:
-        return select_target_input(
-            ("dr",),
-            "doublet",
-            aircraft=aircraft,
-            model=model,
-            point=point(100.0),
-            card=_card(amplitude),
-        ).amplitudes["dr"]
+        return _wanted(("dr",), card=_card(amplitude)).amplitudes["dr"]
 
     clipped = asked("14 deg")
     assert clipped.best == pytest.approx(14.0 * DEGREE)
@@ -251,19 +229,10 @@ def _estimate(name: str, value: float, std: float) -> LiveEstimate:
 
 
 def test_the_flight_itself_takes_the_place_of_the_model() -> None:
-    aircraft, model = b777()
     stiff = {"Cm_alpha": _estimate("Cm_alpha", -0.8, 0.05)}
-    by_model = _wanted(("de",), 100.0)
-    by_flight = select_target_input(
-        ("de",), "doublet", aircraft=aircraft, model=model, point=point(100.0), estimates=stiff
-    )
-    truth = select_target_input(
-        ("de",),
-        "doublet",
-        aircraft=aircraft,
-        model=model.with_derivatives({"Cm_alpha": -0.8}),
-        point=point(100.0),
-    )
+    by_model = _wanted(("de",))
+    by_flight = _wanted(("de",), estimates=stiff)
+    truth = _wanted(("de",), model=b777()[1].with_derivatives({"Cm_alpha": -0.8}))
     assert (by_model.source, by_flight.source) == ("model", "flight")
     assert by_flight.width.best < 0.9 * by_model.width.best
     assert by_flight.width == truth.width
@@ -297,16 +266,14 @@ def test_bands_are_bands_for_any_aircraft(
     scales: list[float], unstable: bool, speed: float, surfaces: tuple[str, ...], kind: str
 ) -> None:
     """Stiff, limp, unstable or without an oscillation: every band is a band, nothing raises."""
-    aircraft, model = b777()
+    model = b777()[1]
     names = ("Cm_alpha", "Cm_q", "Cm_de", "Cl_p", "Cn_beta", "Cn_r", "Cl_beta", "CY_beta")
     values = {
         name: scale * model.derivative(name) for name, scale in zip(names, scales, strict=True)
     }
     if unstable:
         values["Cm_alpha"] *= -0.3
-    wanted = select_target_input(
-        surfaces, kind, aircraft=aircraft, model=model.with_derivatives(values), point=point(speed)
-    )
+    wanted = _wanted(surfaces, speed, kind, model=model.with_derivatives(values))
     assert list(wanted.amplitudes) == list(surfaces)
     for band in (*wanted.amplitudes.values(), wanted.width):
         assert 0.0 < band.low <= band.best <= band.high < math.inf
@@ -317,81 +284,49 @@ def test_bands_are_bands_for_any_aircraft(
 
 def test_without_a_model_little_is_promised() -> None:
     """No model: the linkage and the stops; no aircraft: the card alone, or nothing."""
-    aircraft, model = b777()
-    bare = select_target_input(
-        ("dr",), "doublet", aircraft=aircraft, model=None, point=point(100.0)
-    )
+    bare = _wanted(("dr",), model=None)
     assert (bare.width, bare.source) == (DEFAULT_STEP_WIDTH, "usual")
     assert bare.amplitudes["dr"].high > 4.0 * bare.amplitudes["dr"].low
     # A model that cannot be flown is as good as none.
     broken = Model(name="broken", derivatives={"CN_alpha": 4.0})
-    assert (
-        select_target_input(("dr",), "doublet", aircraft=aircraft, model=broken, point=point(100.0))
-        == bare
-    )
-    assert (
-        select_target_input(("dr",), "doublet", aircraft=aircraft, model=model, point=None) == bare
-    )
+    assert _wanted(("dr",), model=broken) == bare
+    assert _wanted(("dr",), point=None) == bare
     for speed in (0.0, 5.0, math.nan):  # on the ground, or a dead pitot
-        assert (
-            select_target_input(
-                ("dr",), "doublet", aircraft=aircraft, model=model, point=point(speed)
-            )
-            == bare
-        )
-    carded = select_target_input(
-        ("dr",), "doublet", aircraft=None, model=None, point=None, card=_card("10 deg")
-    )
+        assert _wanted(("dr",), speed) == bare
+    nothing: dict[str, Any] = {"aircraft": None, "model": None, "point": None}
+    carded = _wanted(("dr",), card=_card("10 deg"), **nothing)
     assert carded.amplitudes["dr"].best == pytest.approx(10.0 * DEGREE)
-    assert (
-        select_target_input(("dr",), "doublet", aircraft=None, model=None, point=None).amplitudes
-        == {}
-    )
+    assert _wanted(("dr",), **nothing).amplitudes == {}
 
 
 def test_measured_noise_raises_the_least_amplitude() -> None:
-    aircraft, model = b777()
-
     def least(noise: dict[str, float] | None) -> float:
-        return (
-            select_target_input(
-                ("dr",), "doublet", aircraft=aircraft, model=model, point=point(100.0), noise=noise
-            )
-            .amplitudes["dr"]
-            .low
-        )
+        return _wanted(("dr",), noise=noise).amplitudes["dr"].low
 
-    loud = {name: 2.0 * value for name, value in channel_noise(aircraft).items()}
+    loud = {name: 2.0 * value for name, value in channel_noise(b777()[0]).items()}
     assert least(loud) == pytest.approx(2.0 * least(None))
     assert least({"r": math.nan}) == least(None)
 
 
 def test_play_before_the_linkage_comes_on_top() -> None:
-    aircraft, model = b777()
+    aircraft = b777()[0]
     rudder = aircraft.controls.dr.model_copy(update={"kind": "servo", "slop": 2.0 * DEGREE})
     controls = aircraft.controls.model_copy(update={"dr": rudder})
     loose = aircraft.model_copy(update={"controls": controls})
-    on_surface = select_target_input(
-        ("dr",), "doublet", aircraft=aircraft, model=model, point=point(100.0)
-    )
-    at_servo = select_target_input(
-        ("dr",), "doublet", aircraft=loose, model=model, point=point(100.0)
-    )
+    on_surface, at_servo = _wanted(("dr",)), _wanted(("dr",), aircraft=loose)
     assert at_servo.amplitudes["dr"].high == pytest.approx(
         on_surface.amplitudes["dr"].high + 1.0 * DEGREE
     )
 
 
 def test_load_factor_and_range_of_the_accelerometer_count() -> None:
-    aircraft, model = b777()
+    aircraft = b777()[0]
     short = aircraft.sensors.accelerometer.model_copy(
         update={"range": (-2.0 * GRAVITY, 2.0 * GRAVITY)}
     )
     sensors = aircraft.sensors.model_copy(update={"accelerometer": short})
     coarse = aircraft.model_copy(update={"sensors": sensors})
-    band = select_target_input(
-        ("de",), "doublet", aircraft=coarse, model=model, point=point(100.0)
-    ).amplitudes["de"]
+    band = _wanted(("de",), aircraft=coarse).amplitudes["de"]
     assert "normal acceleration" in band.why_high
-    motion = flown(100.0, {"de": band.high}, _wanted(("de",), 100.0).width.best)
+    motion = flown(100.0, {"de": band.high}, _wanted(("de",)).width.best)
     assert deviation(motion["an"]) == pytest.approx(0.8 * GRAVITY, rel=0.25)

@@ -12,10 +12,10 @@ from gsapp.dynamics.model import load_model
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.point import TargetInput, TestPoint
 from gsapp.excitation.test_points.target_selection import select_target_input
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES
+from gsapp.flight.cards import TestCard
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.virtual.inputs import FlownInput
@@ -38,42 +38,26 @@ MOVED = 0.3 * DEGREE
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
-    """What an input truly was.
-
-    Attributes
-    ----------
-    result : str
-        As `InputVerdict.result`.
-    near : tuple of str
-        Criteria so near to their boundary that the result may as well be another.
-    values : dict
-        Each criterion over its limit: more than 1 speaks against the input.
-    """
+    """What an input truly was."""
 
     result: str
     near: tuple[str, ...]
+    """Criteria so near to their boundary that the result may as well be another."""
     values: dict[str, float]
+    """Each criterion over its limit: more than 1 speaks against the input."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Heard:
-    """What a watch said of a flown input.
-
-    Attributes
-    ----------
-    verdicts : tuple of InputVerdict
-    recognized : float
-        When an input was first under way near the true one, s; NaN for never.
-    countdown : float
-        When hands off was first told, s; NaN for never.
-    begun : list of float
-        When anything was first taken for an input, s.
-    """
+    """What a watch said of a flown input, and when, s; NaN for never."""
 
     verdicts: tuple[InputVerdict, ...]
     recognized: float
+    """When an input was first under way near the true one."""
     countdown: float
+    """When hands off was first told."""
     begun: list[float]
+    """When anything was first taken for an input."""
 
 
 def point_of(flown: FlownInput) -> TestPoint:
@@ -100,27 +84,31 @@ def rows_in_ticks(*blocks: Block) -> Iterator[FlightRows]:
                 yield rows.slice_rows(low, min(low + stream.tick, len(rows)))
 
 
-def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b777") -> Heard:
-    """Watch a flown input tick by tick.
+def watched(
+    flown: FlownInput,
+    *blocks: Block,
+    wanted: TargetInput | None = None,
+    card: TestCard | None = None,
+    invalid: Sequence[str] = (),
+) -> tuple[InputVerdict, ...]:
+    """Return the verdicts of a watch that expects an input, on its samples or on others."""
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
+    watch.expect(wanted or wanted_of(flown), point_of(flown), card)
+    watch.set_invalid_channels(invalid)
+    for rows in rows_in_ticks(*blocks or (flown.measured,)):
+        watch.process_rows(rows)
+    return watch.verdicts
 
-    Parameters
-    ----------
-    flown : FlownInput
-    expected : bool
-        Whether the crew has said what comes.
-    model : str or None
-        What the watch knows of the aircraft.
-    """
+
+def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b777") -> Heard:
+    """Watch a flown input tick by tick; `expected` where the crew has said what comes."""
     watch = DoubletMonitor(
         load_aircraft("b777"),
         RATE,
         model=None if model is None else load_model(model),
         wanted_for=lambda surfaces, kind, _: wanted_of(flown, surfaces, kind),
     )
-    if expected:
-        watch.expect(wanted_of(flown), point_of(flown), None)
-    else:
-        watch.expect(None, point_of(flown), None)
+    watch.expect(wanted_of(flown) if expected else None, point_of(flown), None)
     blocks = [flown.measured] if flown.ground is None else [flown.ground, flown.measured]
     recognized = countdown = math.nan
     begun: list[float] = []

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.flight import Flight
+from gsapp.flight.catalog import Catalog
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -148,3 +149,12 @@ EVERYTHING = (
     Input(at=96.4, surface="dr", size=-10.0),
     Input(at=108.0, surface="de", kind="3-2-1-1", size=3.5, step=0.3),
 )
+
+
+def all_rows(catalog: Catalog) -> dict[str, list[dict[str, object]]]:
+    """Return all rows of a catalog by table."""
+    names = catalog.query("SELECT name FROM sqlite_master WHERE type = 'table'")
+    return {
+        name: [dict(row) for row in catalog.query(f"SELECT * FROM {name} ORDER BY rowid")]  # noqa: S608
+        for (name,) in names
+    }

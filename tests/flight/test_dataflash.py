@@ -84,6 +84,18 @@ def flight_log(count=200, seed=1):
 
 
 @pytest.fixture
+def decoded(tmp_path):
+    """Read these bytes as a log."""
+
+    def read(data):
+        path = tmp_path / "read.bin"
+        path.write_bytes(data)
+        return read_dataflash(path)
+
+    return read
+
+
+@pytest.fixture
 def bin_file(tmp_path):
     path = tmp_path / "00000042.BIN"
     path.write_bytes(flight_log()[0])
@@ -121,33 +133,29 @@ def test_units_and_multipliers_of_the_log(bin_file):
     assert log.tables["POS", ""].fields["Lat"][0] == pytest.approx(47.3977418)
 
 
-def test_multipliers_stored_in_single_precision_are_the_numbers_meant(tmp_path):
+def test_multipliers_stored_in_single_precision_are_the_numbers_meant(decoded):
     """As ArduPilot on the aircraft writes them; a latitude would be off by centimeters."""
     log = BinWriter()
     log.define("POS", "QLL", "TimeUS,Lat,Lng")
     log.describe({"D": "deglatitude"}, {"G": float(np.float32(1e-7)), "F": 1e-6},
                  [("POS", "sDD", "FGG")])  # fmt: skip
     log.write("POS", 5, 473977418, -1228410850)
-    path = tmp_path / "p.bin"
-    path.write_bytes(log.data)
-    fields = read_dataflash(path).tables["POS", ""].fields
+    fields = decoded(log.data).tables["POS", ""].fields
     assert fields["Lat"][0] == pytest.approx(47.3977418, abs=1e-12)
     assert fields["Lng"][0] == pytest.approx(-122.841085, abs=1e-12)
 
 
-def test_multiplier_of_a_plain_integer_is_applied(tmp_path):
+def test_multiplier_of_a_plain_integer_is_applied(decoded):
     log = BinWriter()
     log.define("VOLT", "Qhf", "TimeUS,V,Cap")
     log.describe({"v": "V"}, {"B": 1e-2, "-": 0.0, "F": 1e-6}, [("VOLT", "svv", "FB-")])
     log.write("VOLT", 5, 1260, 3.5)
-    path = tmp_path / "v.bin"
-    path.write_bytes(log.data)
-    table = read_dataflash(path).tables["VOLT", ""]
+    table = decoded(log.data).tables["VOLT", ""]
     assert table.fields["V"][0] == pytest.approx(12.6)
     assert table.fields["Cap"][0] == pytest.approx(3.5)
 
 
-def test_old_logs_without_units(tmp_path):
+def test_old_logs_without_units(decoded):
     """Before FMTU the letters alone scale, TimeMS counts, and the second IMU is IMU2."""
     log = BinWriter()
     log.define("IMU", "Ifc", "TimeMS,GyrX,Tmp")
@@ -155,24 +163,20 @@ def test_old_logs_without_units(tmp_path):
     for k in range(3):
         log.write("IMU", 1000 + k, 0.5, 2150)
         log.write("IMU2", 1000 + k, 0.7, 2150)
-    path = tmp_path / "old.bin"
-    path.write_bytes(log.data)
-    read = read_dataflash(path)
+    read = decoded(log.data)
     assert read.table("IMU", "0").fields["Tmp"][0] == pytest.approx(21.5)
     assert read.table("IMU", "1").fields["GyrX"][0] == pytest.approx(0.7)
     assert read.table("IMU", "").times.tolist() == pytest.approx([1.0, 1.001, 1.002])
     assert read.table("IMU", "2") is None
 
 
-def test_array_fields_and_messages(tmp_path):
+def test_array_fields_and_messages(decoded):
     log = BinWriter()
     log.define("ISBD", "Qa", "TimeUS,x")
     log.define("MSG", "QZ", "TimeUS,Message")
     log.write("ISBD", 7, *range(32))
     log.write("MSG", 2_500_000, b"Throttle armed")
-    path = tmp_path / "a.bin"
-    path.write_bytes(log.data)
-    read = read_dataflash(path)
+    read = decoded(log.data)
     assert read.tables["ISBD", ""].fields["x"].tolist() == [list(map(float, range(32)))]
     assert [(event.time, event.text) for event in read.events] == [(2.5, "Throttle armed")]
 
@@ -180,7 +184,7 @@ def test_array_fields_and_messages(tmp_path):
 @pytest.mark.parametrize(
     "kind", ["garbage", "lost bytes", "truncated record", "headers in garbage"]
 )
-def test_damage_costs_only_the_records_it_hits(tmp_path, kind):
+def test_damage_costs_only_the_records_it_hits(decoded, kind):
     """Of 600 records, 60 places are damaged; every record not touched itself is decoded."""
     whole, starts = flight_log()
     rng = random.Random(7)
@@ -197,11 +201,7 @@ def test_damage_costs_only_the_records_it_hits(tmp_path, kind):
             end = cut + 3 if kind == "lost bytes" else min(after, start + 17)
             del data[cut:end]
             touched.add(index)
-    path = tmp_path / "d.bin"
-    path.write_bytes(data)
-    clean = tmp_path / "c.bin"
-    clean.write_bytes(whole)
-    damaged, good = read_dataflash(path), read_dataflash(clean)
+    damaged, good = decoded(data), decoded(whole)
     assert any("damaged" in remark for remark in damaged.remarks)
     names = [("IMU", "0"), ("IMU", "1"), ("ATT", "")]
     for place, key in enumerate(names):
@@ -215,7 +215,7 @@ def test_damage_costs_only_the_records_it_hits(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", [0x80, 0xFF], ids=["known", "unknown"])
-def test_numbers_that_look_like_a_header_cost_no_record(tmp_path, kind):
+def test_numbers_that_look_like_a_header_cost_no_record(decoded, kind):
     """Of a known type where another record follows at once; of none with garbage behind, too."""
     log = BinWriter()
     log.define("RAW", "QII", "TimeUS,A,B")
@@ -224,32 +224,26 @@ def test_numbers_that_look_like_a_header_cost_no_record(tmp_path, kind):
         log.write("RAW", 1_000_000 + 10_000 * k, look, k)
         if kind == 0xFF:
             log.data += b"garbage"
-    path = tmp_path / "h.bin"
-    path.write_bytes(log.data)
-    table = read_dataflash(path).tables["RAW", ""]
+    table = decoded(log.data).tables["RAW", ""]
     assert table.fields["A"].tolist() == [look] * 20
     assert table.fields["B"].tolist() == list(range(20))
 
 
-def test_a_torn_end_is_told(tmp_path):
+def test_a_torn_end_is_told(decoded):
     whole, _ = flight_log()
-    path = tmp_path / "t.bin"
-    path.write_bytes(whole[:-7])
-    log = read_dataflash(path)
+    log = decoded(whole[:-7])
     assert "incomplete" in log.remarks[0]
     assert log.tables["ATT", ""].times.size == 199
     assert log.tables["IMU", "1"].times.size == 200
 
 
-def test_a_flipped_time_stamp_is_left_out(tmp_path):
+def test_a_flipped_time_stamp_is_left_out(decoded):
     whole, starts = flight_log()
     data = bytearray(whole)
     for index in (9, 300, 599 - 2):  # records of ATT and IMU, the last few included
         data[starts[index] + 3 + 6] ^= 0x10
     data[starts[150] + 3 + 2] ^= 0x20
-    path = tmp_path / "s.bin"
-    path.write_bytes(data)
-    log = read_dataflash(path)
+    log = decoded(data)
     total = sum(log.tables[key].times.size for key in (("IMU", "0"), ("IMU", "1"), ("ATT", "")))
     assert total == 600 - 4
     for table in log.tables.values():

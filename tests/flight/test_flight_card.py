@@ -8,12 +8,12 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
-from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.info_checks import check_flight_info
 from gsapp.flight.maneuver_settings import ManeuverSettings
+from gsapp.flight.toml_document import FlightInfoFile
 from gsapp.foundation import FileProblemsError, FlightError
 from gsapp.foundation.toml import validate_content
 from gsapp.identification.maneuver import (

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gsapp.flight.readers.columns import read_flight_csv
 from gsapp.flight.readers.delimited_table import read_delimited_table
-from gsapp.flight.readers.flight_csv import read_flight_csv
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FileProblemsError, FlightError, UnmappedError
 from gsapp.quantities import CHANNELS, Block, channel, from_si, to_si

@@ -1,4 +1,4 @@
-"""The flight folder: made, opened, edited by hand, gone on in, refused in one clear sentence."""
+"""Flight folders: what they hold, the sums of their files, and looks at a record that grows."""
 
 import errno
 import subprocess
@@ -10,10 +10,12 @@ import pytest
 
 from calibration import certificate_paths, load_certificates
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.decoding.framing import LineFramer
 from gsapp.flight.atomic_files import atomic_flight_folder
 from gsapp.flight.folder import FlightFolder, is_flight_folder
 from gsapp.flight.info import FlightInfo, Weather
-from gsapp.flight.provenance import hash_input_file
+from gsapp.flight.provenance import find_changed_parts, hash_input_file
+from gsapp.flight.raw_files import LINES_FILE, RESIDUE_FILE, RawTail, RawWriter
 from gsapp.foundation import FileProblemsError, FlightError
 
 
@@ -231,3 +233,101 @@ def test_a_disk_that_fills_while_a_flight_is_made_is_told_with_the_flight(tmp_pa
     # What is no matter of the disk stays what it was.
     with pytest.raises(ConnectionResetError):
         fill(ConnectionResetError())
+
+
+def made_folder(folder: Path) -> Path:
+    (folder / "calibration").mkdir(parents=True)
+    (folder / "cache").mkdir()
+    for name, text in (
+        ("raw.tlog", "frames"),
+        ("calibration/alpha.toml", "volts"),
+        ("cache/engineering.npz", "made"),
+        ("events.jsonl", "a mark"),
+    ):
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_of_a_folder_each_file_is_named(tmp_path: Path) -> None:
+    folder = made_folder(tmp_path / "a")
+    before = hash_input_file("flight", folder, name="a")
+    assert sorted(before.parts) == ["calibration/alpha.toml", "events.jsonl", "raw.tlog"]
+    (folder / "cache/engineering.npz").write_text("made again", encoding="utf-8")
+    assert hash_input_file("flight", folder, name="a") == before
+    (folder / "events.jsonl").write_text("another mark", encoding="utf-8")
+    marked = hash_input_file("flight", folder, name="a")
+    assert marked.sha256 != before.sha256
+    assert find_changed_parts(before, marked) == ()
+    (folder / "calibration/alpha.toml").write_text("others", encoding="utf-8")
+    (folder / "onboard.bin").write_bytes(b"log")
+    assert find_changed_parts(before, hash_input_file("flight", folder, name="a")) == (
+        "a/calibration/alpha.toml",
+        "a/onboard.bin",
+    )
+    # The same content in another order of directories is the same.
+    assert hash_input_file("x", made_folder(tmp_path / "b")).sha256 == before.sha256
+
+
+def test_a_file_is_its_bytes(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"abc")
+    before = hash_input_file("flight", path)
+    # Of FIPS 180-2.
+    assert before.sha256 == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert before.name == str(path)
+    path.write_bytes(b"abd")
+    assert find_changed_parts(before, hash_input_file("flight", path)) == (str(path),)
+
+
+STAMP = 1_700_000_000_000_000
+
+
+def test_a_look_tells_of_everything_that_a_poll_would_find(tmp_path: Path) -> None:
+    """Proves that a window that polls only after such a look gets every record, and rests."""
+    tail, writer = RawTail(tmp_path), RawWriter(tmp_path)
+    found = []
+    assert tail.has_grown()
+    assert tail.poll() == []
+    assert not tail.has_grown()
+    for number in range(20):
+        writer.append(STAMP + number, LineFramer().feed(b"%d\n" % number))
+        assert tail.has_grown()
+        assert tail.has_grown(), "a look must not use up the news"
+        found += [record.data for record in tail.poll()]
+        assert not tail.has_grown()
+    writer.close()
+    assert found == [b"%d" % number for number in range(20)]
+
+
+def test_what_a_short_poll_left_is_news(tmp_path: Path) -> None:
+    """Proves that records left for the next poll are not forgotten while nothing is written."""
+    tail, writer = RawTail(tmp_path), RawWriter(tmp_path)
+    writer.append(STAMP, LineFramer().feed(b"".join(b"%d\n" % k for k in range(10))))
+    writer.close()
+    found = []
+    while tail.has_grown():
+        found += tail.poll(3)
+    assert len(found) == 10
+
+
+def test_a_record_half_written_is_no_news_until_it_grows(tmp_path: Path) -> None:
+    """Proves that a torn end does not make the window read the file at every look."""
+    tail = RawTail(tmp_path)
+    path = tmp_path / LINES_FILE
+    path.write_bytes(b"1700000000000000\tone\n170000000000")
+    assert [record.data for record in tail.poll()] == [b"one"]
+    tail.poll()
+    assert not tail.has_grown()
+    with path.open("ab") as stream:
+        stream.write(b"0001\ttwo\n")
+    assert tail.has_grown()
+    assert [record.data for record in tail.poll()] == [b"two"]
+
+
+def test_a_file_that_appears_is_news(tmp_path: Path) -> None:
+    """Proves that residue, of which most flights have none, is seen from its first byte."""
+    tail = RawTail(tmp_path)
+    tail.poll()
+    assert not tail.has_grown()
+    (tmp_path / RESIDUE_FILE).write_bytes(b"\0")
+    assert tail.has_grown()

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +130,7 @@ def test_single_wild_samples_are_no_input():
 def cut(block: Block, places: list[int]) -> list[Block]:
     bounds = [0, *sorted(places), len(block)]
     return [
-        Block(channels=block.channels, times=block.times[low:high], values=block.values[low:high])
+        replace(block, times=block.times[low:high], values=block.values[low:high])
         for low, high in itertools.pairwise(bounds)
     ]
 
@@ -161,7 +162,7 @@ def test_results_do_not_depend_on_chunks_of_a_few_samples():
 def test_a_gap_ends_what_was_under_way_and_nothing_else():
     times = CHUNKED.times
     kept = (times < 72.3) | (times > 75.0)
-    gappy = Block(channels=CHUNKED.channels, times=times[kept], values=CHUNKED.values[kept])
+    gappy = replace(CHUNKED, times=times[kept], values=CHUNKED.values[kept])
     found = results([gappy])[0]
     assert len(found) == 4
     assert all(not one["t_start"] < 73.0 < one["t_end"] for one in found)
@@ -172,7 +173,7 @@ def test_a_gap_ends_what_was_under_way_and_nothing_else():
 def test_rows_without_a_sample_are_no_input():
     values = np.array(CHUNKED.values)
     values[(CHUNKED.times > 72.3) & (CHUNKED.times < 75.0)] = np.nan
-    found = results([Block(channels=CHUNKED.channels, times=CHUNKED.times, values=values)])[0]
+    found = results([replace(CHUNKED, values=values)])[0]
     assert [one["inputs"] for one in found] == [["de"], ["dr"], ["da", "dr"], ["de"]]
 
 
@@ -180,16 +181,12 @@ def test_a_cue_can_be_given_seconds_after_the_input():
     """Fed as it would arrive, each maneuver is there at most six seconds after its input."""
     detector = ManeuverDetector(AIRCRAFT, 100.0)
     seen: dict[str, float] = {}
-    under_way = []
     for block in cut(CHUNKED, list(range(0, len(CHUNKED), 10))):
         detector.feed(block)
-        if detector.is_input_active:
-            under_way.append(float(block.times[-1]) if len(block) else 0.0)
         for one in detector.maneuvers:
             seen.setdefault(one.id, float(block.times[-1]) - one.t_input_end)
     assert len(seen) >= 4
     assert max(seen.values()) < 6.0
-    assert any(60.5 < time < 61.5 for time in under_way)
 
 
 def test_a_reset_forgets_everything():

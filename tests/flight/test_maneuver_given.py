@@ -1,5 +1,6 @@
 """Maneuvers named by hand, and short records taken whole."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,10 @@ from gsapp.flight import Flight
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.maneuvers import (
     GRADED_BY_CREW,
+    DetectedManeuver,
     collect_maneuvers,
     detect_maneuvers,
     explain_no_maneuvers,
-    list_maneuvers,
     parse_maneuver_windows,
 )
 from gsapp.foundation import FlightError
@@ -27,6 +28,10 @@ FLIGHT = make_flight(EVERYTHING, seconds=125.0)
 
 def short(*inputs: Input, **options: object) -> Flight:
     return make_flight(inputs, ground=0.0, seconds=12.0, steering=0.0, **options)  # type: ignore[arg-type]
+
+
+def _listed(flight: Flight, given: Sequence[str] = (), **of: int) -> tuple[DetectedManeuver, ...]:
+    return collect_maneuvers(flight, AIRCRAFT, given=given, **of).maneuvers
 
 
 def test_windows_are_read():
@@ -58,7 +63,7 @@ def test_a_window_that_cannot_be_gets_one_sentence(text, flights, words):
 
 
 def test_a_named_maneuver_takes_the_place_of_found_ones():
-    (found,) = list_maneuvers(FLIGHT, AIRCRAFT, ["94.5:101"])
+    (found,) = _listed(FLIGHT, ["94.5:101"])
     assert (found.t_start, found.t_end) == (94.5, 101.0)
     assert found.inputs == ("da", "dr")
     assert found.kind == "doublet"
@@ -68,17 +73,17 @@ def test_a_named_maneuver_takes_the_place_of_found_ones():
 
 def test_windows_go_to_their_flights():
     given = ["2:58:65", "2:70:77"]
-    assert [one.inputs for one in list_maneuvers(FLIGHT, AIRCRAFT, given, number=2, flights=2)] == [
+    assert [one.inputs for one in _listed(FLIGHT, given, number=2, flights=2)] == [
         ("de",),
         ("da",),
     ]
     # The other flight, which nobody named, is searched.
-    assert len(list_maneuvers(FLIGHT, AIRCRAFT, given, number=1, flights=2)) == 5
+    assert len(_listed(FLIGHT, given, number=1, flights=2)) == 5
 
 
 def test_a_window_without_an_input_is_graded_for_it():
     flight = make_flight([Input(at=60.0, surface="de")], steering=0.0)
-    (found,) = list_maneuvers(flight, AIRCRAFT, ["80:90"])
+    (found,) = _listed(flight, ["80:90"])
     assert (found.inputs, found.kind, found.grade, found.amplitude) == ((), "none", "D", None)
     assert "no excitation" in found.reasons[0]
     assert found.to_json()["amplitude"] is None
@@ -86,7 +91,7 @@ def test_a_window_without_an_input_is_graded_for_it():
 
 def test_a_window_outside_the_flight_names_its_ends():
     with pytest.raises(FlightError, match=r"runs from 0.00 to 124.99 s"):
-        list_maneuvers(FLIGHT, AIRCRAFT, ["500:510"])
+        _listed(FLIGHT, ["500:510"])
 
 
 @pytest.mark.parametrize(
@@ -108,7 +113,7 @@ def test_a_short_record_is_one_maneuver_whole(inputs, moved):
 
 
 def test_a_short_record_without_input_earns_nothing():
-    (one,) = list_maneuvers(short(), AIRCRAFT)
+    (one,) = _listed(short())
     assert (one.inputs, one.grade) == ((), "D")
 
 
@@ -119,14 +124,14 @@ def test_a_short_record_of_two_maneuvers_is_not_whole():
         seconds=40.0,
         steering=0.5,
     )
-    assert [one.inputs for one in list_maneuvers(flight, AIRCRAFT)] == [("de",), ("da",)]
+    assert [one.inputs for one in _listed(flight)] == [("de",), ("da",)]
 
 
 def test_ten_samples_are_a_maneuver_that_earns_nothing():
     whole = short(Input(at=3.0, surface="de"))
     columns = {name: whole.block[name][300:310] for name in whole.block.channels}
     flight = flight_of(columns, whole.block.times[300:310])
-    (one,) = list_maneuvers(flight, AIRCRAFT)
+    (one,) = _listed(flight)
     assert one.grade == "D"
     assert any("10 samples" in reason for reason in one.reasons) or not one.inputs
 
@@ -155,7 +160,7 @@ def test_a_verdict_given_in_flight_excludes_the_best_grade(tmp_path: Path):
     assert graded[first.id].grade == "B"
     assert graded[first.id].reasons == ("too fast: slower",)
     assert graded[second.id] == second
-    (named,) = list_maneuvers(flown, AIRCRAFT, [f"{first.t_start}:{first.t_end}"])
+    (named,) = _listed(flown, [f"{first.t_start}:{first.t_end}"])
     assert named.grade == "B"
     regraded = replace(first, graded_by=GRADED_BY_CREW)
     assert regraded.with_verdict("too-fast", "slower") == regraded

@@ -1,6 +1,6 @@
 """Grades say what is wrong with a maneuver; the noise floor is that of the instruments."""
 
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from gsapp.flight.maneuvers.input_measures import GradingContext, ManeuverSample
 from gsapp.flight.maneuvers.maneuver_grade import grade_maneuver
 from gsapp.flight.maneuvers.noise_floor import window_noise
 from gsapp.flight.maneuvers.signals import SIGNALS
-from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from tests.flight.maneuver_kit import NOISE, Input, changed, flight_of, make_flight
 
@@ -251,10 +250,6 @@ def test_windows_are_freed_of_their_line_and_stand_missing_samples():
 
 def test_ten_samples_are_too_few():
     flight = made()
-    part = Block(
-        channels=flight.block.channels,
-        times=flight.block.times[6010:6020],
-        values=flight.block.values[6010:6020],
-    )
-    found = detect_maneuvers(Flight(name="ten", path=Path("ten"), block=part, sources={}), AIRCRAFT)
-    assert found == ()
+    block = flight.block
+    part = replace(block, times=block.times[6010:6020], values=block.values[6010:6020])
+    assert detect_maneuvers(replace(flight, block=part), AIRCRAFT) == ()

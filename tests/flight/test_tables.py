@@ -67,8 +67,8 @@ class EnoughError(Exception):
 
 @pytest.mark.parametrize("to", ["csv", "mat", "parquet"])
 def test_writing_says_how_far_it_is_and_can_be_ended(tmp_path, monkeypatch, to):
-    for kind in ("flight_csv", "parquet"):
-        monkeypatch.setattr(f"gsapp.flight.writers.{kind}._ROWS_AT_ONCE", 20)
+    for name in ("_ROWS_AT_ONCE", "_GROUP_ROWS"):
+        monkeypatch.setattr(f"gsapp.flight.writers.{name}", 20)
     block, path, shares = sample_block(), tmp_path / f"f.{to}", []
     write_block(path, block, to, "si", shares.append)
     assert len(shares) >= 3
@@ -97,11 +97,11 @@ def test_mat_for_matlab(tmp_path):
 def test_a_mat_too_long_for_matlab_is_refused_before_it_is_written(tmp_path, monkeypatch):
     """A variable of version 5 holds 2 GB: past that savemat would fail after minutes."""
     block, path = sample_block(rows=50), tmp_path / "f.mat"
-    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8 - 1)
+    monkeypatch.setattr("gsapp.flight.writers._MOST_BYTES", 50 * 8 - 1)
     with pytest.raises(FlightError, match="50 samples"):
         write_block(path, block, "mat")
     assert not path.exists()
-    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8)
+    monkeypatch.setattr("gsapp.flight.writers._MOST_BYTES", 50 * 8)
     assert write_block(path, block, "mat").exists()
 
 

@@ -15,7 +15,7 @@ from gsapp.decoding.decoder import Decoder
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, extract_signals
 from gsapp.flight.raw_files.raw_reader import read_tlog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.landing_monitor import LandingMonitor
 from gsapp.virtual.virtual_flight import VirtualFlight

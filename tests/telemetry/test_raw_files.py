@@ -26,7 +26,7 @@ from gsapp.flight.raw_files import (
     read_nonempty_tlog,
     read_tlog,
 )
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import FlightError
 
 STAMP = 1_700_000_000_000_000

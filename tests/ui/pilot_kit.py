@@ -6,13 +6,10 @@ import numpy as np
 
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueSnapshot, NextCard
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, ManeuverCurves
-from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend, ManeuverCurves
 from gsapp.excitation.doublets.verdict import InputFinding, InputInProgress, InputVerdict
 from gsapp.excitation.information.outlook import BoundReduction, CardForecast, Outlook
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation
 from gsapp.flight.cards import load_cards
 from gsapp.flight.catalog import CardScore

@@ -14,9 +14,9 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
 from gsapp.flight.events import read_events
-from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.toml_document import FlightInfoFile
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block

@@ -21,7 +21,7 @@ from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.framing import Framer
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import Block
 from gsapp.telemetry.clock import HostClock

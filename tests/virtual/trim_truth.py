@@ -19,8 +19,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
 from gsapp.excitation.flight_rows import rows_from_block
 from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
-from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES, TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT

@@ -9,7 +9,7 @@ from typing import Final
 from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
 from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel, convert_text_units

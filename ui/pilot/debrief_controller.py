@@ -22,7 +22,7 @@ from ui.translation import tr
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief_trends import FlightTrend
+    from gsapp.excitation.debrief import FlightTrend
     from ui.pilot.debrief_page import DebriefPage
 
 
@@ -124,7 +124,7 @@ def load_trends(catalog: Path) -> tuple[FlightTrend, ...]:
     FlightError
         If it cannot be read.
     """
-    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.excitation.debrief import compute_trends
     from gsapp.flight.catalog import Catalog, list_card_scores, search_verdicts
 
     if not catalog.is_file():

@@ -10,9 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
-from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
-from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
 from gsapp.quantities import (
     SURFACE_NAMES,
     FloatArray,

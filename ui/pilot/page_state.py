@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.point import TargetInput
 from gsapp.flight.cards import CardSet, TestCard
 from ui.display_limits import DISPLAY
 from ui.pilot.cue_display import CueDisplay, Gauge

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, get_args
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.card_set_file import CardSetFile
 from gsapp.flight.cards import (
     CardProgress,
     CardSet,
@@ -20,6 +19,7 @@ from gsapp.flight.cards.card import CardInputKind
 from gsapp.flight.file_names import CARDS_FILE
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import DetectedManeuver, collect_maneuvers
+from gsapp.flight.toml_document import CardSetFile
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import SURFACE_NAMES, from_si
 from gsapp.session import Session

@@ -9,10 +9,10 @@ from calibration import load_certificates
 from calibration.validity import CalibrationInForce
 from calibration.wizard import has_unfinished_calibration
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.info_checks import check_flight_info
+from gsapp.flight.toml_document import FlightInfoFile
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
 from ui.disk_checks import may_block

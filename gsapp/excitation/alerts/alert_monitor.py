@@ -12,15 +12,14 @@ import math
 from functools import cache
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.excitation.alerts.active_alerts import ActiveAlerts, AlertCondition
-from gsapp.excitation.alerts.alert import Alert, AlertLevel
-from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
+from gsapp.excitation.alerts.alert import ActiveAlerts, Alert, caution, warning
 from gsapp.excitation.alerts.geofence import Geofence, GeofenceMonitor
 from gsapp.excitation.alerts.instrument_monitor import InstrumentMonitor
 from gsapp.excitation.alerts.row_frames import FlightFrame, FrameSplitter
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.alerts.sensor_monitors import ClippingMonitor
 from gsapp.excitation.alerts.stall_monitor import StallMonitor
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import ALERTS
 
 # How long the flight can still last: time, fuel, battery.
 # What stands below a fixed figure is the affair of `gsapp.session.limits` (battery and receiver in
@@ -29,14 +28,7 @@ from gsapp.excitation.flight_rows import FlightRows
 
 
 class EnduranceMonitor:
-    """Watches what runs out.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Its limits say how long a flight may last and when a battery is empty; what they leave out
-        is not watched.
-    """
+    """Watches what runs out, as far as the limits of the aircraft say when that is."""
 
     def __init__(self, aircraft: Aircraft | None) -> None:
         self._flight_time = None if aircraft is None else aircraft.limits.flight_time
@@ -44,42 +36,28 @@ class EnduranceMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._battery: list[float] = []
         self._fuel_full = math.nan
 
-    def evaluate(self, frame: FlightFrame) -> list[AlertCondition]:
+    def evaluate(self, frame: FlightFrame) -> list[Alert]:
         """Return what runs out."""
         if not frame.airborne:
             return []
         return [*self._time(frame), *self._power(frame), *self._fuel(frame)]
 
-    def _time(self, frame: FlightFrame) -> list[AlertCondition]:
+    def _time(self, frame: FlightFrame) -> list[Alert]:
         if self._flight_time is None:
             return []
         left = self._flight_time - frame.time_airborne
+        whole = f"the flight time of {self._flight_time / 60.0:.3g} min"
         if left <= 0.0:
-            return [
-                AlertCondition(
-                    key="time",
-                    level=AlertLevel.WARNING,
-                    text=f"The flight time of {_minutes(self._flight_time)} has expired; land",
-                    spoken_text="time expired: land",
-                )
-            ]
+            return [warning("time", f"T{whole[1:]} has expired; land", "time expired: land")]
         if left <= ALERTS.reserve_time:
-            return [
-                AlertCondition(
-                    key="time",
-                    level=AlertLevel.CAUTION,
-                    text=f"{ALERTS.reserve_time:.0f} s are left of the flight time of "
-                    f"{_minutes(self._flight_time)}; land",
-                    spoken_text="time: land",
-                )
-            ]
+            text = f"{ALERTS.reserve_time:.0f} s are left of {whole}; land"
+            return [caution("time", text, "time: land")]
         return []
 
-    def _power(self, frame: FlightFrame) -> list[AlertCondition]:
+    def _power(self, frame: FlightFrame) -> list[Alert]:
         battery = frame.mean("battery")
         if self._battery_empty is None or math.isnan(battery):
             return []
@@ -95,17 +73,13 @@ class EnduranceMonitor:
         left = (late - self._battery_empty) / sink - 0.5 * half * ALERTS.frame_duration
         if left > ALERTS.reserve_time:
             return []
-        return [
-            AlertCondition(
-                key="battery",
-                level=AlertLevel.WARNING,
-                text=f"The battery drops by {60.0 * sink:.1f} V/min and will be empty within "
-                f"{ALERTS.reserve_time:.0f} s; land",
-                spoken_text="battery: land",
-            )
-        ]
+        text = (
+            f"The battery drops by {60.0 * sink:.1f} V/min and will be empty within "
+            f"{ALERTS.reserve_time:.0f} s; land"
+        )
+        return [warning("battery", text, "battery: land")]
 
-    def _fuel(self, frame: FlightFrame) -> list[AlertCondition]:
+    def _fuel(self, frame: FlightFrame) -> list[Alert]:
         fuel = frame.mean("fuel")
         if math.isnan(fuel):
             return []
@@ -113,34 +87,15 @@ class EnduranceMonitor:
             self._fuel_full = fuel
         if self._fuel_full <= 0.0 or fuel > ALERTS.fuel_reserve * self._fuel_full:
             return []
-        return [
-            AlertCondition(
-                key="fuel",
-                level=AlertLevel.WARNING,
-                text=f"{100.0 * fuel / self._fuel_full:.0f} % of the fuel is left; land",
-                spoken_text="fuel: land",
-            )
-        ]
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds / 60.0:.3g} min"
+        text = f"{100.0 * fuel / self._fuel_full:.0f} % of the fuel is left; land"
+        return [warning("fuel", text, "fuel: land")]
 
 
 class AlertMonitor:
-    """Follows one flight.
+    """Follows one flight, by default with the usual fence; None for none.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without it nothing is known of stall, ranges and how long it may fly; whether it flies is
-        then judged by the figures of the usual aircraft.
-    rate : float
-        Of the rows, Hz.
-    fence : Geofence, optional
-        The usual one by default; None for none.
-    system : {"US", "SI"}
-        Units of the words; others may be set at any time.
+    Without an aircraft nothing is known of stall, ranges and how long it may fly; whether it flies
+    is then judged by the figures of the usual aircraft.
     """
 
     def __init__(
@@ -162,7 +117,6 @@ class AlertMonitor:
         self._standing = ActiveAlerts()
 
     def restart(self) -> None:
-        """Forget everything."""
         for part in (
             self._frames,
             self._instruments,
@@ -176,23 +130,19 @@ class AlertMonitor:
                 part.restart()
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         for frame in self._frames.split(rows):
             self._judge(frame)
 
     @property
     def active_alerts(self) -> tuple[Alert, ...]:
-        """Return what calls for attention now, the most urgent first."""
         return self._standing.alerts
 
     @property
     def log(self) -> tuple[Alert, ...]:
-        """Return each danger as it arose or grew worse, in order of time."""
         return self._standing.log
 
     @property
     def invalid_channels(self) -> tuple[str, ...]:
-        """Return the channels that are not to be believed now."""
         return tuple(sorted({name for danger in self.active_alerts for name in danger.channels}))
 
     def _judge(self, rows: FlightRows) -> None:

@@ -7,11 +7,9 @@ from pathlib import Path
 
 from pydantic import Field, model_validator
 
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import format_amount
+from gsapp.excitation.alerts.alert import Alert, caution, format_amount, warning
 from gsapp.excitation.alerts.row_frames import FlightFrame
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.settings import ALERTS
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.quantities.constants import EARTH_RADIUS
 from gsapp.quantities.fields import Angle, Length, Time
@@ -47,13 +45,7 @@ class Geofence(StrictModel):
 
 
 def load_geofence(path: Path) -> Geofence:
-    """Read a fence from a TOML file.
-
-    Raises
-    ------
-    FileProblemsError
-        If it holds mistakes; all are named.
-    """
+    """Read a fence from a TOML file."""
     return read_toml(path, Geofence)
 
 
@@ -71,11 +63,11 @@ class GeofenceMonitor:
         self._heights: list[tuple[float, float]] = []
         self._climbs: list[float] = []
 
-    def evaluate(self, frame: FlightFrame, system: str = "US") -> list[AlertCondition]:
+    def evaluate(self, frame: FlightFrame, system: str = "US") -> list[Alert]:
         """Return what of the fence is left, or soon will be, in units ``US`` or ``SI``."""
         return [*self._around(frame, system), *self._above(frame, system)]
 
-    def _around(self, frame: FlightFrame, system: str) -> list[AlertCondition]:
+    def _around(self, frame: FlightFrame, system: str) -> list[Alert]:
         place = self._place(frame)
         if place is None or not frame.airborne:
             return []  # a place is taken note of even so
@@ -88,24 +80,12 @@ class GeofenceMonitor:
             coming = math.hypot(north + way * math.cos(track), east + way * math.sin(track))
         radius = self._fence.radius
         if distance > radius:
-            return [
-                AlertCondition(
-                    key="fence.side",
-                    level=AlertLevel.WARNING,
-                    text=f"Outside the fence: {format_amount('north', distance, system)} away, "
-                    f"{format_amount('north', radius, system)} allowed; turn back",
-                    spoken_text="outside the fence: turn back",
-                )
-            ]
+            away, allowed = (format_amount("north", size, system) for size in (distance, radius))
+            text = f"Outside the fence: {away} away, {allowed} allowed; turn back"
+            return [warning("fence.side", text, "outside the fence: turn back")]
         if coming > radius:
-            return [
-                AlertCondition(
-                    key="fence.side",
-                    level=AlertLevel.CAUTION,
-                    text=f"Leaving the fence within {self._fence.ahead:.0f} s; turn",
-                    spoken_text="fence: turn",
-                )
-            ]
+            text = f"Leaving the fence within {self._fence.ahead:.0f} s; turn"
+            return [caution("fence.side", text, "fence: turn")]
         return []
 
     def _place(self, frame: FlightFrame) -> tuple[float, float] | None:
@@ -129,53 +109,35 @@ class GeofenceMonitor:
             home = self._home
         return place[0] - home[0], place[1] - home[1]
 
-    def _above(self, frame: FlightFrame, system: str) -> list[AlertCondition]:
+    def _above(self, frame: FlightFrame, system: str) -> list[Alert]:
         height, fence = frame.height, self._fence
         if not frame.airborne or math.isnan(height):
             self._heights, self._climbs = [], []
             return []
         climb = self._climb(frame)
         coming = height + fence.ahead * climb
+        ceiling = format_amount("height", fence.ceiling, system)
         if height > fence.ceiling:
-            return [
-                AlertCondition(
-                    key="fence.top",
-                    level=AlertLevel.WARNING,
-                    text=f"Too high: {format_amount('height', height, system)}, "
-                    f"{format_amount('height', fence.ceiling, system)} allowed; descend",
-                    spoken_text="too high: descend",
-                )
-            ]
+            now = format_amount("height", height, system)
+            text = f"Too high: {now}, {ceiling} allowed; descend"
+            return [warning("fence.top", text, "too high: descend")]
         if coming > fence.ceiling:
-            return [
-                AlertCondition(
-                    key="fence.top",
-                    level=AlertLevel.CAUTION,
-                    text=f"Through the ceiling of {format_amount('height', fence.ceiling, system)} "
-                    f"within {fence.ahead:.0f} s; level off",
-                    spoken_text="ceiling: level off",
-                )
-            ]
+            text = f"Through the ceiling of {ceiling} within {fence.ahead:.0f} s; level off"
+            return [caution("fence.top", text, "ceiling: level off")]
         lands = frame.mean("flap") > ALERTS.landing_flap
         return [] if lands else self._below(height, coming, system)
 
-    def _below(self, height: float, coming: float, system: str) -> list[AlertCondition]:
+    def _below(self, height: float, coming: float, system: str) -> list[Alert]:
         floor = self._fence.floor
         if floor is None:
             return []
         self._above_floor = self._above_floor or height > floor + ALERTS.floor_margin
         if not self._above_floor or min(height, coming) >= floor:
             return []
-        low = height < floor
-        return [
-            AlertCondition(
-                key="fence.floor",
-                level=AlertLevel.WARNING if low else AlertLevel.CAUTION,
-                text=f"{'Below' if low else 'About to sink below'} the floor of "
-                f"{format_amount('height', floor, system)}; climb",
-                spoken_text="too low: climb",
-            )
-        ]
+        least = f"the floor of {format_amount('height', floor, system)}; climb"
+        if height < floor:
+            return [warning("fence.floor", f"Below {least}", "too low: climb")]
+        return [caution("fence.floor", f"About to sink below {least}", "too low: climb")]
 
     def _climb(self, frame: FlightFrame) -> float:
         """Return the rate of climb over the last seconds, m/s."""

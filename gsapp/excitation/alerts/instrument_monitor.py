@@ -14,14 +14,12 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import INSTRUMENT_TITLES
+from gsapp.excitation.alerts.alert import INSTRUMENT_TITLES, Alert, caution, warning
 from gsapp.excitation.alerts.kinematic_monitor import KinematicMonitor
 from gsapp.excitation.alerts.row_frames import FlightFrame
-from gsapp.excitation.alerts.sensor_activity_monitor import SensorActivityMonitor
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.alerts.sensor_monitors import SensorActivityMonitor
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import ALERTS
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
@@ -46,7 +44,6 @@ class GyroMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._apart: dict[tuple[str, int, int], float] = {}
         self._before: tuple[FloatArray, FloatArray] | None = None
         self._lost: dict[str, str] = {}
@@ -154,20 +151,13 @@ _PER_JUDGMENT: Final = round(DETECTION.frame_duration / ALERTS.frame_duration)
 
 
 class FlightPhaseMonitor:
-    """Follows one flight.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Tells how fast it must be to fly.
-    """
+    """Follows one flight."""
 
     def __init__(self, aircraft: Aircraft) -> None:
         self._aircraft = aircraft
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._watch = AirborneDetector(self._aircraft)
         self._means: list[FloatArray] = []
         self._altitudes: list[float] = []
@@ -178,10 +168,7 @@ class FlightPhaseMonitor:
     def evaluate(self, rows: FlightRows, distrusted: frozenset[str]) -> FlightFrame:
         """Return a frame with the state of the flight.
 
-        Parameters
-        ----------
-        distrusted : frozenset of str
-            Channels that are not believed: an airspeed that fell to nothing is no landing.
+        Channels may be distrusted: an airspeed that fell to nothing is no landing.
         """
         means = _means(rows.values[:, : len(SIGNALS)])
         for name in distrusted & SIGNAL_COLUMNS.keys():
@@ -241,14 +228,8 @@ _MEANING: Final = {
 class InstrumentMonitor:
     """Judges the instruments, and with those believed the phase of the flight.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Knows ranges, noise, and where the instruments sit.
-    usual : Aircraft
-        Tells how fast it must be to fly; the same unless that is None.
-    rate : float
-        Hz.
+    The aircraft knows ranges, noise, and where the instruments sit; the usual one (the same, unless
+    that is None) how fast it must be to fly.
     """
 
     def __init__(self, aircraft: Aircraft | None, usual: Aircraft, rate: float) -> None:
@@ -259,14 +240,11 @@ class InstrumentMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         for part in (self._signs, self._gyros, self._motion, self._phase):
             part.restart()
         self._since: dict[str, int] = {}
 
-    def evaluate(
-        self, rows: FlightRows
-    ) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
+    def evaluate(self, rows: FlightRows) -> tuple[FlightFrame, frozenset[str], list[Alert]]:
         """Return the frame with the state of the flight, what is not believed, and what to tell."""
         doubts = self._signs.evaluate(rows)
         for name, why in self._gyros.evaluate(rows).items():
@@ -284,31 +262,19 @@ class InstrumentMonitor:
         return frame, frozenset(doubts), findings
 
 
-def _instrument_conditions(doubts: dict[str, str]) -> list[AlertCondition]:
+def _instrument_conditions(doubts: dict[str, str]) -> list[Alert]:
     found = []
     if all(name in doubts for name in NOSE_SENSORS):
-        found.append(
-            AlertCondition(
-                key="nose",
-                level=AlertLevel.WARNING,
-                text="Nose sensors lost: alpha, beta and airspeed; land",
-                spoken_text="nose sensors lost: land",
-                channels=("alpha", "beta", *_DERIVED),
-            )
-        )
+        text = "Nose sensors lost: alpha, beta and airspeed; land"
+        nose = ("alpha", "beta", *_DERIVED)
+        found.append(warning("nose", text, "nose sensors lost: land", channels=nose))
         doubts = {name: why for name, why in doubts.items() if name not in NOSE_SENSORS}
     for name, why in doubts.items():
         base = name.partition(".")[0]
         second = name != base
         title = INSTRUMENT_TITLES[base] + (f" {name.partition('.')[2]}" if second else "")
         meaning = "the first is used" if second else _MEANING[base]
-        found.append(
-            AlertCondition(
-                key={"alpha": "alpha", "beta": "beta", "V": "airspeed"}.get(name, f"gyro.{name}"),
-                level=AlertLevel.CAUTION,
-                text=f"The {title} {why}: {meaning}",
-                spoken_text=f"{title} lost",
-                channels=_DERIVED if name == "V" else (name,),
-            )
-        )
+        key = {"alpha": "alpha", "beta": "beta", "V": "airspeed"}.get(name, f"gyro.{name}")
+        lost = _DERIVED if name == "V" else (name,)
+        found.append(caution(key, f"The {title} {why}: {meaning}", f"{title} lost", channels=lost))
     return found

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.excitation.alerts.settings import ALERTS
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import ALERTS
 from gsapp.quantities import FloatArray
 
 
@@ -40,7 +40,6 @@ class FlightFrame:
 
     @property
     def airborne(self) -> bool:
-        """Return whether the aircraft flies."""
         return self.time_since_takeoff >= 0.0
 
     def mean(self, name: str) -> float:
@@ -59,20 +58,13 @@ class FlightFrame:
 
 
 class FrameSplitter:
-    """Cuts rows into frames.
-
-    Parameters
-    ----------
-    rate : float
-        Of the rows, Hz.
-    """
+    """Cuts rows into frames."""
 
     def __init__(self, rate: float) -> None:
         self._length = max(1, round(ALERTS.frame_duration * rate))
         self.restart()
 
     def restart(self) -> None:
-        """Forget what is held."""
         self._parts: list[FlightRows] = []
         self._held = 0
         self._fresh = True

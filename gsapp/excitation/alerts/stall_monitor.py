@@ -11,22 +11,14 @@ from __future__ import annotations
 import math
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.alerts.active_alerts import AlertCondition
-from gsapp.excitation.alerts.alert import AlertLevel
-from gsapp.excitation.alerts.alert_text import format_amount
+from gsapp.excitation.alerts.alert import Alert, AlertLevel, caution, format_amount, warning
 from gsapp.excitation.alerts.row_frames import FlightFrame
-from gsapp.excitation.alerts.settings import ALERTS
+from gsapp.excitation.settings import ALERTS
 from gsapp.quantities.constants import GRAVITY
 
 
 class StallMonitor:
-    """Watches the margin in the air.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without stall figures nothing is said.
-    """
+    """Watches the margin in the air; without stall figures nothing is said."""
 
     def __init__(self, aircraft: Aircraft | None) -> None:
         self._limits = None if aircraft is None else aircraft.limits
@@ -34,22 +26,13 @@ class StallMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._before: float | None = None
         self._slow = {AlertLevel.CAUTION: 0, AlertLevel.WARNING: 0}
 
     def evaluate(
         self, frame: FlightFrame, distrusted: frozenset[str], system: str = "US"
-    ) -> list[AlertCondition]:
-        """Return how near the stall is.
-
-        Parameters
-        ----------
-        distrusted : frozenset of str
-            Channels that are not believed.
-        system : {"US", "SI"}
-            Units of the words.
-        """
+    ) -> list[Alert]:
+        """Return how near the stall is, by what is not distrusted."""
         limits = self._limits
         if limits is None or frame.time_since_takeoff < ALERTS.takeoff_time or frame.near_ground:
             self.restart()
@@ -71,9 +54,11 @@ class StallMonitor:
             beyond = worst is not None and worst >= urgency
             self._slow[urgency] = count + 1 if beyond else 0
         if self._slow[AlertLevel.WARNING] >= ALERTS.stall_frames:
-            return [_stall_condition(AlertLevel.WARNING, _stall_text(nearness, AlertLevel.WARNING))]
+            why = _stall_text(nearness, AlertLevel.WARNING)
+            return [warning("stall", f"Stall: {why}; push", "stall: push")]
         if self._slow[AlertLevel.CAUTION] >= ALERTS.stall_frames:
-            return [_stall_condition(AlertLevel.CAUTION, _stall_text(nearness, AlertLevel.CAUTION))]
+            why = _stall_text(nearness, AlertLevel.CAUTION)
+            return [caution("stall", f"Near the stall: {why}; ease the pull", "slow")]
         return []
 
     def _speeds(
@@ -134,13 +119,3 @@ def _evaluate_alpha(
 
 def _stall_text(nearness: list[tuple[AlertLevel, str]], least: AlertLevel) -> str:
     return " and ".join(words for urgency, words in nearness if urgency >= least)
-
-
-def _stall_condition(urgency: AlertLevel, why: str) -> AlertCondition:
-    if urgency is AlertLevel.WARNING:
-        return AlertCondition(
-            key="stall", level=urgency, text=f"Stall: {why}; push", spoken_text="stall: push"
-        )
-    return AlertCondition(
-        key="stall", level=urgency, text=f"Near the stall: {why}; ease the pull", spoken_text="slow"
-    )

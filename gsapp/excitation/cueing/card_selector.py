@@ -1,27 +1,218 @@
-"""Which card is to be flown now, and what it asks for."""
+"""Which card is to be flown now, what it asks for, and which verdicts count for it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.model import Model
-from gsapp.excitation.cueing.card_targets import CardTargets
-from gsapp.excitation.cueing.card_text import format_card, format_stick_input
-from gsapp.excitation.cueing.verdict_matching import evaluate_cards
 from gsapp.excitation.cues import CardSelectionReason, NextCard
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows, concatenate_rows
 from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.settings import CUES
 from gsapp.excitation.test_points.capture import TestPointCapture, guidance_text
-from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.point import (
+    TargetInput,
+    TestPoint,
+    TestPointError,
+    TrimCurve,
+    create_point_at,
+    create_test_point,
+)
 from gsapp.excitation.test_points.stick_text import format_sticks
-from gsapp.excitation.test_points.target_input import TargetInput
-from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
+from gsapp.excitation.test_points.target_selection import select_target_input
+from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard, match_cards
+from gsapp.flight.cards.card import STEP_COUNTS
+from gsapp.flight.maneuvers import DetectedManeuver
 from gsapp.identification.ftr.estimates import LiveEstimate
+from gsapp.quantities import SURFACE_NAMES, channel, from_si
+
+
+def format_card(card: TestCard, system: str) -> str:
+    """Return what is flown and where: "aileron and rudder doublet at 100 ft/s"."""
+    spec = channel("V")
+    unit = spec.display_unit(system)
+    surfaces = " and ".join(SURFACE_NAMES[name] for name in card.surfaces)
+    speed = from_si(card.speed, unit, spec.quantity)
+    return f"{surfaces} {card.kind} at {speed:.0f} {unit}"
+
+
+def format_stick_input(stick: Mapping[str, str]) -> str:
+    """Return how the sticks move: "half stick, then two thirds rudder, low rate"."""
+    told = list(stick.values())
+    tails = {words.partition(", ")[2] for words in told}
+    if len(told) > 1 and len(tails) == 1 and (tail := tails.pop()):
+        told = [words.partition(", ")[0] for words in told]
+        return f"{', then '.join(told)}, {tail}"
+    return ", then ".join(told)
+
+
+def input_duration(wanted: TargetInput | None) -> float:
+    """Return how long an input takes from GO to the end of its hands-off interval, s."""
+    if wanted is None:
+        return 0.0
+    moving = STEP_COUNTS.get(wanted.kind, 1) * wanted.width.best * len(wanted.surfaces)
+    return CUES.reaction_time + moving + wanted.hands_off
+
+
+def maneuver_from_verdict(verdict: InputVerdict) -> DetectedManeuver:
+    """Return what was judged as a maneuver that cards can be matched with.
+
+    Only a good one is fit: cards ask for repeats that are worth having.
+    """
+    main = next(iter(verdict.amplitudes), None)
+    return DetectedManeuver(
+        id=verdict.id,
+        t_start=verdict.t_start,
+        t_end=verdict.t_end,
+        inputs=verdict.surfaces,
+        kind=verdict.kind,
+        amplitude=None if main is None else verdict.amplitudes[main],
+        grade="A" if verdict.result == "good" else "D",
+        reasons=tuple(finding.words for finding in verdict.findings),
+        V=verdict.V,
+        alpha=verdict.alpha,
+        t_input=verdict.t_input,
+        t_input_end=verdict.t_input_end,
+        amplitudes=verdict.amplitudes,
+    )
+
+
+def evaluate_cards(cards: CardSet, verdicts: Sequence[InputVerdict]) -> CardSetProgress:
+    """Return how the cards stand after these verdicts."""
+    return match_cards(cards, [maneuver_from_verdict(verdict) for verdict in verdicts])
+
+
+def assign_card(verdict: InputVerdict, flown: CardSetProgress) -> InputVerdict:
+    """Return a verdict with the card that it was flown for, and whether it counts."""
+    for progress in flown.cards:
+        for attempt in progress.attempts:
+            if attempt.maneuver.id == verdict.id:
+                return replace(verdict, card=progress.card.id, counts=attempt.is_counted)
+    return replace(verdict, card="", counts=False)
+
+
+class CardTargets:
+    """Finds and remembers wants; the same question costs nothing the second time."""
+
+    def __init__(self, aircraft: Aircraft | None, model: Model | None, system: str) -> None:
+        self._aircraft = aircraft
+        self._model = model
+        self._system = system
+        self.restart()
+
+    def restart(self) -> None:
+        self._density = SEA_LEVEL_DENSITY
+        self._steady: list[tuple[float, float]] = []
+        self._estimates: Mapping[str, LiveEstimate] = {}
+        self._noise: Mapping[str, float] = {}
+        self._forget()
+
+    def _forget(self) -> None:
+        self._curves: dict[float, TrimCurve] = {}  # of the day, by flap
+        self._shifted: dict[float, TrimCurve] = {}  # those with alpha as it was measured
+        self._points: dict[str, tuple[TestPoint | None, str]] = {}
+        self._wanted: dict[tuple[object, ...], TargetInput] = {}
+
+    def use_units(self, system: str) -> None:
+        """Say what is wrong with a card in these units, ``US`` or ``SI``, from now on."""
+        self._system = system
+        self._points.clear()
+
+    def set_density(self, density: float) -> None:
+        """Take the air of the day, kg/m^3."""
+        self._density = density
+        self._forget()
+
+    def set_noise(self, noise: Mapping[str, float]) -> None:
+        """Take the noise of the day, by channel, SI: what an input must stand out of."""
+        self._noise = noise
+        self._wanted.clear()
+
+    def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
+        self._estimates = estimates
+        self._wanted.clear()
+
+    def update_trim_alpha(self, verdict: InputVerdict) -> None:
+        """Learn where the vane stands in trimmed flight, from an input that began in trim."""
+        off = any(finding.result == "not-trimmed" for finding in verdict.findings)
+        if verdict.V is None or verdict.alpha is None or off:
+            return
+        self._steady.append((verdict.V, verdict.alpha))
+        self._shifted.clear()
+        self._points.clear()
+
+    def point(self, card: TestCard) -> tuple[TestPoint | None, str]:
+        """Return the test point of a card; None, and why, where it cannot be flown."""
+        found = self._points.get(card.id)
+        if found is None:
+            try:
+                curve = self._curve(card.flap)
+                found = create_test_point(card, curve, system=self._system), ""
+            except TestPointError as error:
+                found = None, f"card {card.id}: {error}"
+            self._points[card.id] = found
+        return found
+
+    def target_input(self, card: TestCard) -> TargetInput:
+        """Return what a card wants, within what the aircraft and its sensors allow."""
+        found = self._wanted.get((card.id,))
+        if found is None:
+            found = self._wanted[(card.id,)] = select_target_input(
+                card.surfaces,
+                card.kind,
+                aircraft=self._aircraft,
+                model=self._model,
+                point=self.point(card)[0],
+                card=card,
+                noise=self._noise,
+                estimates=self._estimates,
+            )
+        return found
+
+    def target_without_card(
+        self, surfaces: tuple[str, ...], kind: str, V: float | None
+    ) -> TargetInput:
+        """Return what is wanted of an input that no card asks for, at an airspeed (m/s)."""
+        near = None if V is None else round(V / CUES.same_speed)
+        key = (surfaces, kind, near)
+        found = self._wanted.get(key)
+        if found is None:
+            speed = None if near is None else near * CUES.same_speed
+            found = self._wanted[key] = select_target_input(
+                surfaces,
+                kind,
+                aircraft=self._aircraft,
+                model=self._model,
+                point=self.point_without_card(speed),
+                noise=self._noise,
+                estimates=self._estimates,
+            )
+        return found
+
+    def point_without_card(self, speed: float | None) -> TestPoint | None:
+        """Return level flight at an airspeed (m/s); None where there is none."""
+        if speed is None:
+            return None
+        try:
+            return create_point_at(speed=speed, curve=self._curve(0.0), system=self._system)
+        except TestPointError:
+            return None
+
+    def _curve(self, flap: float) -> TrimCurve | None:
+        if self._aircraft is None or self._model is None:
+            return None
+        if flap not in self._curves:
+            made = TrimCurve(self._aircraft, self._model, rho=self._density, flap=flap)
+            self._curves[flap] = made
+        if flap not in self._shifted:
+            self._shifted[flap] = self._curves[flap].with_measured_alpha(self._steady)
+        return self._shifted[flap]
 
 
 class CardSelector:
@@ -29,11 +220,6 @@ class CardSelector:
 
     The crew's choice comes first, then the card whose point the aircraft is holding, then the one
     that gains most, then the first on the list.
-
-    Parameters
-    ----------
-    system : {"US", "SI"}
-        Units of the words.
     """
 
     def __init__(
@@ -62,7 +248,6 @@ class CardSelector:
         self._points.use_units(system)
 
     def restart(self) -> None:
-        """Forget what was flown and chosen; the flight begins anew."""
         self.card_progress: CardSetProgress | None = None
         self.next_card: NextCard | None = None
         self._points.restart()
@@ -113,7 +298,6 @@ class CardSelector:
             self._capture.set_points(aims)
 
     def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
-        """Let wanted inputs follow from derivatives estimated in this flight."""
         self._changes += 1
         self._points.set_estimates(estimates)
 
@@ -123,7 +307,6 @@ class CardSelector:
         self._points.set_noise(noise)
 
     def _breathe(self, rows: FlightRows) -> None:
-        """Learn the air of the day, once."""
         if len(self._air) >= CUES.density_samples:
             return
         density = rows["density"]
@@ -137,10 +320,7 @@ class CardSelector:
     def update_selection(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
         """Settle which card is to be flown; return whether that or what it asks for changed.
 
-        Parameters
-        ----------
-        stay : bool
-            Whether that is still being worked out: the card stays unless it is done.
+        While that is still being worked out (`stay`) the card stays unless it is done.
         """
         # By what follows nothing else can come out than last time, at nearly every tick.
         asked = (outlook, stay, self._chosen, self._capture.captured, self._changes)
@@ -179,7 +359,6 @@ class CardSelector:
         return preferred, why
 
     def _held(self, cards: Sequence[TestCard]) -> list[TestCard]:
-        """Return the cards that can be flown at the point that the aircraft has captured."""
         captured = self._capture.captured
         point = None if self.cards is None or captured is None else self.cards.card(captured.card)
         if point is None:

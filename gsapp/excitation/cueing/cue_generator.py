@@ -4,32 +4,64 @@ from __future__ import annotations
 
 import bisect
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
+from gsapp.excitation.alerts.alert import Alert
 from gsapp.excitation.alerts.alert_monitor import AlertMonitor
 from gsapp.excitation.alerts.geofence import Geofence
 from gsapp.excitation.announcer import Announcement, Announcer
-from gsapp.excitation.cueing.card_selector import CardSelector
-from gsapp.excitation.cueing.card_text import input_duration
-from gsapp.excitation.cueing.cue_log import CueLog
+from gsapp.excitation.cueing.card_selector import CardSelector, assign_card, input_duration
 from gsapp.excitation.cueing.estimation_progress import EstimationProgress
-from gsapp.excitation.cueing.limitations_text import list_limitations
-from gsapp.excitation.cueing.recent_rows import RecentRows
-from gsapp.excitation.cueing.verdict_matching import assign_card
-from gsapp.excitation.cues import CueEvent, CueSnapshot
-from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, extract_curves
+from gsapp.excitation.cues import CueEvent, CueLog, CueSnapshot
+from gsapp.excitation.debrief import EvaluatedManeuver, extract_curves
 from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
-from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, mask_implausible
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream, RecentRows, mask_implausible
+from gsapp.excitation.information.outlook import Outlook
 from gsapp.excitation.settings import CUES
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet, CardSetProgress
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.quantities import Block
+from gsapp.identification.compatibility.results import join_names
+from gsapp.quantities import SURFACE_NAMES, Block, channel
+
+NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"
+NO_MODEL = "no model: inputs are judged by the card and by their shape, bounds are not predicted"
+NO_CARDS = "no test cards: any speed is a test point"
+
+
+def list_limitations(
+    aircraft: Aircraft | None,
+    model: Model | None,
+    *,
+    has_cards: bool,
+    trim: TrimCue | None,
+    dangers: Sequence[Alert] = (),
+    outlook: Outlook | None = None,
+    unseen: Sequence[str] = (),
+) -> tuple[str, ...]:
+    """Return what cannot be judged, the gravest first; `unseen` are surfaces that nothing shows."""
+    found: list[str] = []
+    doubted = dict.fromkeys(name for danger in dangers for name in danger.channels)
+    if doubted:
+        found.append(f"ignored: {', '.join(channel(name).title for name in doubted)}")
+    if unseen:
+        words = join_names([SURFACE_NAMES[name] for name in unseen])
+        found.append(f"inputs of {words}: the surface is not measured")
+    found += [] if trim is None else trim.limitations
+    found += [NO_AIRCRAFT] if aircraft is None else []
+    found += [NO_MODEL] if model is None else []
+    found += [] if has_cards else [NO_CARDS]
+    found += [] if outlook is None else outlook.remarks
+    return _without_duplicates(found)
+
+
+def _without_duplicates(words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words))
 
 
 class TrimHistory:
@@ -39,11 +71,9 @@ class TrimHistory:
         self._cues: deque[TrimCue] = deque(maxlen=round(CUES.cue_retention / CUES.tick))
 
     def clear(self) -> None:
-        """Forget all cues."""
         self._cues.clear()
 
     def add(self, cue: TrimCue) -> None:
-        """Take in the cue of a tick."""
         self._cues.append(cue)
 
     def deviations_at(self, time: float) -> dict[str, float]:
@@ -70,29 +100,14 @@ class TrimHistory:
 class CueGenerator:
     """Tells the crew of a flight as it comes in: trimmed? go; how was that input; what next.
 
-    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what
-    one watch says to another takes effect with the next tick, so that what comes out depends on
-    the samples alone: a live flight, its replay and a headless run give the same.
+    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what one
+    watch says to another takes effect with the next tick, so that what comes out depends on the
+    samples alone: a live flight, its replay and a headless run give the same.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without it cues go by the usual figures for an aircraft of this size, and say so.
-    model : Model or None
-        Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
-    rate : float
-        Of the grid, Hz.
-    fence : Geofence or None
-        Where the aircraft may fly; None for the usual space.
-    system : {"US", "SI"}
-        Units of all words.
-
-    Attributes
-    ----------
-    announcements : list of Announcement
-        All that was to be heard so far, by flight time; `reset` alone takes something away.
-    maneuvers : list of EvaluatedManeuver
-        All inputs judged so far, for the debrief.
+    Without an aircraft cues go by the usual figures for one of this size, and say so; without a
+    model nothing is known of wanted amplitudes beyond the cards, nor of bounds. `announcements` are
+    all that was to be heard so far, by flight time, and `maneuvers` all inputs judged, for the
+    debrief; `reset` alone takes something away.
     """
 
     def __init__(
@@ -178,20 +193,7 @@ class CueGenerator:
     def select_card(self, card_id: str, *, at: float | None = None) -> float:
         """Let the crew's choice of a card count until that card is flown; an empty one ends it.
 
-        Parameters
-        ----------
-        at : float, optional
-            Flight time from which it counts, s; by default from now on.
-
-        Returns
-        -------
-        float
-            That time, s.
-
-        Raises
-        ------
-        UnknownNameError
-            If there is no such card.
+        It counts from the flight time `at`, by default from now on; returns that time.
         """
         if card_id and (self.cards is None or self.cards.card(card_id) is None):
             known = [] if self.cards is None else [card.id for card in self.cards.cards]
@@ -238,7 +240,6 @@ class CueGenerator:
 
     @property
     def cards(self) -> CardSet | None:
-        """Return the test cards."""
         return self._card_selector.cards
 
     @property
@@ -370,7 +371,6 @@ class CueGenerator:
         )
 
     def _aim(self) -> None:
-        """Tell the watches what is to be flown."""
         now = self._card_selector.next_card
         point, wanted, card = (now.point, now.target_input, now.card) if now else (None, None, None)
         self._trim.set_test_point(point)

@@ -9,13 +9,11 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.excitation.cueing.recent_rows import RecentRows
 from gsapp.excitation.doublets.verdict import InputVerdict
-from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, concatenate_rows
+from gsapp.excitation.flight_rows import FAST_CHANNELS, FlightRows, RecentRows, concatenate_rows
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.outlook import Outlook
-from gsapp.excitation.information.settings import INFORMATION
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, INFORMATION
 from gsapp.flight.cards import CardSetProgress, TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.channels import FTR_CHANNELS
@@ -42,24 +40,10 @@ _LATE: Final = tuple(
 
 
 class FlightEstimates:
-    """Follows one flight.
+    """Follows one flight, at a rate that the regression can use.
 
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-
-    Attributes
-    ----------
-    estimates : mapping of str to LiveEstimate
-        By derivative; those with enough excitation only.
-    revision : int
-        Grows with every change of them.
-
-    Raises
-    ------
-    FlightError
-        If the rate is too low for the regression.
+    `estimates` has the derivatives with enough excitation; `revision` grows with every change of
+    them.
     """
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
@@ -68,7 +52,6 @@ class FlightEstimates:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._ftr.reset()
         self._held: list[FlightRows] = []
         self._waiting: list[InputVerdict] = []
@@ -77,7 +60,6 @@ class FlightEstimates:
         self.revision = 0
 
     def add_verdict(self, verdict: InputVerdict) -> None:
-        """Learn from a maneuver, as soon as its rows were listened to."""
         if verdict.result in _LEARNED_FROM:
             self._waiting.append(verdict)
 
@@ -119,20 +101,7 @@ class FlightEstimates:
 
 
 class EstimationProgress:
-    """Follows one flight.
-
-    Parameters
-    ----------
-    rate : float
-        Of the grid, Hz.
-    system : {"US", "SI"}
-        Units of the words.
-
-    Attributes
-    ----------
-    outlook : Outlook or None
-        As of the last look; None before the first.
-    """
+    """Follows one flight; `outlook` is as of the last look, None before the first."""
 
     def __init__(
         self, aircraft: Aircraft | None, model: Model | None, rate: float, system: str = "US"
@@ -143,7 +112,6 @@ class EstimationProgress:
         self._settle_into()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self._book.restart()
         if self._estimates is not None:
             self._estimates.restart()
@@ -161,7 +129,6 @@ class EstimationProgress:
 
     @property
     def estimates(self) -> Mapping[str, LiveEstimate]:
-        """Return the derivatives that the flight has earned."""
         return {} if self._estimates is None else self._estimates.estimates
 
     def process_rows(self, rows: FlightRows) -> bool:
@@ -184,14 +151,9 @@ class EstimationProgress:
         flown: CardSetProgress | None,
         doubted: Collection[str] = (),
     ) -> None:
-        """Learn from a maneuver.
+        """Learn from a maneuver; the cards flown count it already.
 
-        Parameters
-        ----------
-        flown : CardSetProgress or None
-            The cards as they stand, the maneuver counted.
-        doubted : collection of str
-            Channels that were not believed at some time of the maneuver: as good as missing.
+        Channels that were not believed at some time of the maneuver are as good as missing.
         """
         rows = recent.segment(verdict.t_start - INFORMATION.noise_time, verdict.t_end)
         if rows is not None:
@@ -219,7 +181,6 @@ class EstimationProgress:
         return self._book.has_pending_work(time)
 
     def run_slice(self) -> None:
-        """Do a slice of the work that the next look needs."""
         self._book.run_slice(CUES.work_slice)
 
 

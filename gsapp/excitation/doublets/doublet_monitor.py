@@ -9,20 +9,16 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
-from gsapp.excitation.doublets.flight_context import FlightContext, default_aircraft
+from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory, default_aircraft
 from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
-from gsapp.excitation.doublets.input_candidate import InputCandidate
-from gsapp.excitation.doublets.input_evaluation import InputRequest, evaluate_input
 from gsapp.excitation.doublets.input_measurement import measure_input
-from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.doublets.stick_release import StickReleaseDetector
+from gsapp.excitation.doublets.stick_release import InputCandidate, StickReleaseDetector
 from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.doublets.verdict_criteria import InputRequest, evaluate_input
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.settings import CUES
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.target_input import TargetInput
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
+from gsapp.excitation.settings import CUES, DOUBLETS
+from gsapp.excitation.test_points.point import TargetInput, TestPoint
+from gsapp.excitation.trim.trim_cue import DEFAULT_TOLERANCES, TrimTolerances
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.rapid_moves import UNAMBIGUOUS_SHAPES, is_deliberate_input
@@ -38,20 +34,9 @@ TargetLookup = Callable[[tuple[str, ...], str, float | None], TargetInput | None
 class DoubletMonitor:
     """Watches the surfaces of one flight.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Travel, ranges, linear limits, sticks. None takes usual travels and knows no limits.
-    rate : float
-        Of the rows, Hz.
-    model : Model or None
-        Tells how much of an answer the input explains, and how much the air.
-    wanted_for : callable or None
-        What is wanted of an input that nobody expected.
-    tolerances : TrimTolerances
-        Of the trim before an input.
-    system : {"US", "SI"}
-        Units of the words; others may be set at any time.
+    Without an aircraft usual travels are taken, and no limits are known. A model tells how much of
+    an answer the input explains, and how much the air. `wanted_for` gives what is wanted of an
+    input that nobody expected.
     """
 
     def __init__(
@@ -93,16 +78,7 @@ class DoubletMonitor:
     def expect(
         self, wanted: TargetInput | None, point: TestPoint | None, card: TestCard | None
     ) -> None:
-        """Say what is to be flown next; it holds for inputs that begin from now on.
-
-        Parameters
-        ----------
-        wanted : TargetInput or None
-        point : TestPoint or None
-            Where it should begin.
-        card : TestCard or None
-            What it is flown for.
-        """
+        """Say what is to be flown next, where and for which card; it holds from now on."""
         self._expected = InputRequest(target_input=wanted, point=point, card=card)
 
     def set_invalid_channels(self, channels: Sequence[str]) -> None:
@@ -119,7 +95,6 @@ class DoubletMonitor:
 
     @property
     def verdicts(self) -> tuple[InputVerdict, ...]:
-        """Return all verdicts of the flight so far."""
         return tuple(self._verdicts)
 
     @property
@@ -322,14 +297,12 @@ class DoubletMonitor:
         return float(np.nanmean(speed)) if np.isfinite(speed).any() else None
 
     def _dismiss(self) -> None:
-        """Take what was under way for steering."""
         self._around.reject_input()
         self._moving = None
 
     # --- the hands ------------------------------------------------------------------------------
 
     def _watch_hands(self, moving: InputCandidate) -> None:
-        """See whether the hands stayed off for long enough, or are on again."""
         taken = self._sticks.detect_hands_on(moving, self._now, self._rate)
         wanted_end = moving.t_end + moving.hands_off
         if taken is not None and taken < wanted_end:

@@ -1,43 +1,84 @@
-"""What must be known before an input can be told: does it fly, how noisy, how hands steer it."""
+"""What must be known before an input can be told: the newest rows, flight, noise, steering."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.doublets.settings import DOUBLETS
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import DOUBLETS
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.input_measures import GradingContext
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import RapidMoveDetector
 from gsapp.flight.maneuvers.settings import DETECTION
-from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
+
+EXTRA_CHANNELS: Final = ("phi", "rate_switch", "density", "static_pressure", "temperature")
+"""Channels kept beside the signals of the detection."""
+
+_EXTRA_INDEX: Final = {name: len(SIGNALS) + k for k, name in enumerate(EXTRA_CHANNELS)}
+
+
+class SignalHistory:
+    """Keeps signals and a few more channels of the newest rows."""
+
+    def __init__(self, rate: float) -> None:
+        self._kept = round(DOUBLETS.history_retention * rate)
+        self._width = len(SIGNALS) + len(EXTRA_CHANNELS)
+        self.clear()
+
+    def clear(self) -> None:
+        self._times = np.empty(4 * self._kept)
+        self._values = np.empty((4 * self._kept, self._width))
+        self._count = 0
+
+    def add(self, rows: FlightRows, signals: FloatArray) -> None:
+        """Take in the next rows, and their signals as far as they are believed."""
+        count = len(rows)
+        if self._count + count > self._times.size:
+            kept = min(self._count, self._kept)
+            start = self._count - kept
+            room = max(4 * self._kept, kept + 2 * count)
+            times, values = np.empty(room), np.empty((room, self._width))
+            times[:kept] = self._times[start : self._count]
+            values[:kept] = self._values[start : self._count]
+            self._times, self._values, self._count = times, values, kept
+        low, high = self._count, self._count + count
+        self._times[low:high] = rows.times
+        self._values[low:high, : len(SIGNALS)] = signals
+        for name, place in _EXTRA_INDEX.items():
+            self._values[low:high, place] = rows[name]
+        self._count = high
+
+    def segment(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
+        """Return times, shape (n,), and signals, shape (n, len(SIGNALS)), both ends included."""
+        low, high = self._between(start, stop)
+        return self._times[low:high], self._values[low:high, : len(SIGNALS)]
+
+    def extra_channel(self, name: str, start: float, stop: float) -> FloatArray:
+        """Return one of `EXTRA_CHANNELS` from one time to another, both inclusive, s."""
+        low, high = self._between(start, stop)
+        return self._values[low:high, _EXTRA_INDEX[name]]
+
+    def _between(self, start: float, stop: float) -> tuple[int, int]:
+        times = self._times[: self._count]
+        low = np.searchsorted(times, start - 1e-9)
+        return int(low), int(np.searchsorted(times, stop + 1e-9, side="right"))
 
 
 class FlightContext:
-    """Follows a flight in frames of about half a second, counted from time zero.
+    """Follows a flight in frames of about half a second (whole ticks), counted from time zero.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-    rate : float
-        Of the rows, Hz.
-    tick : int
-        Rows in a tick; frames are whole ticks.
-
-    Attributes
-    ----------
-    setting : GradingContext
-        The aircraft with the noise floor of each channel, as far as it is known.
-    move_detector : RapidMoveDetector
-        Thresholds that tell an input from steering.
-    unmeasured_surfaces : tuple of str
-        Surfaces of which the last frame held no sample.
+    `setting` has the noise floor of each channel, as far as it is known, `move_detector` the
+    thresholds that tell an input from steering, and `unmeasured_surfaces` those of which the last
+    frame held no sample.
     """
 
     def __init__(self, aircraft: Aircraft, rate: float, tick: int) -> None:
@@ -48,7 +89,6 @@ class FlightContext:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the flight."""
         self._watch = AirborneDetector(self._aircraft)
         self._meter = NoiseFloorEstimator()
         self.setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
@@ -79,19 +119,10 @@ class FlightContext:
     def process_tick(
         self, number: int, time: float, rows: FloatArray, peaks: FloatArray, *, steering: bool
     ) -> None:
-        """Take in a tick.
+        """Take in a tick, by its number from time zero, and the time of its last row.
 
-        Parameters
-        ----------
-        number : int
-            Of the tick, counted from time zero.
-        time : float
-            Of its last row, s.
-        rows : ndarray, shape (n, len(SIGNALS))
-        peaks : ndarray, shape (3,)
-            The furthest that each surface went, as `RapidMoveDetector.measure` gives it.
-        steering : bool
-            Whether the rows surely hold no input.
+        `peaks` are the furthest moves of each surface, as `RapidMoveDetector.measure` gives them,
+        shape (3,); `steering` is whether the rows surely hold no input.
         """
         self._rows.append(rows)
         self._peaks.append(peaks)
@@ -100,7 +131,6 @@ class FlightContext:
             self._end_frame(time)
 
     def reject_input(self) -> None:
-        """Learn from what was taken for an input and was steering."""
         self.move_detector.learn_pilot_activity(self._held)
         self._held = []
 

@@ -12,14 +12,13 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding import air_data
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.doublets.flight_context import SignalHistory
 from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
-from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, DOUBLETS
 from gsapp.excitation.trim.bank_observer import BankObserver
 from gsapp.flight.maneuvers.airborne_detection import flying_speed
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
 from gsapp.flight.maneuvers.input_measures import (
+    INPUT_CRITERIA,
     GradingContext,
     ManeuverSamples,
     clipped_samples,
@@ -34,14 +33,7 @@ from gsapp.quantities import FloatArray
 
 
 def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple[float, ...]:
-    """Return the length of each step of an input, s.
-
-    Parameters
-    ----------
-    passage : ManeuverSamples
-    one : SurfaceInput
-        One of its surfaces.
-    """
+    """Return the length of each step of an input, s."""
     low, high = np.searchsorted(
         passage.times, (one.t_start - DOUBLETS.edge_search, one.t_end + DOUBLETS.edge_search)
     )
@@ -64,7 +56,6 @@ def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple
 
 
 def _peaks(times: FloatArray, level: FloatArray, one: SurfaceInput) -> list[int]:
-    """Return where each step is furthest to its side."""
     ends = accumulate((length for _, length in one.excursions), initial=one.t_start)
     found = []
     for (side, _), (start, stop) in zip(one.excursions, pairwise(ends), strict=True):
@@ -91,57 +82,39 @@ def _crossed(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredInput:
-    """An input with its hands-off interval, measured.
-
-    Attributes
-    ----------
-    passage : ManeuverSamples
-        The samples.
-    inputs : tuple of SurfaceInput
-        In the order in which they began.
-    steps : mapping of str to tuple of float
-        How long each step of each input lasted, s.
-    symmetry : mapping of str to float
-        Smaller over larger side of each input by area.
-    residual_deflection : mapping of str to float
-        How far each surface stayed from where it began, share of its amplitude.
-    cross_deflections : mapping of str to float
-        Largest excursion of each other surface, rad.
-    trim_values : mapping of str to float
-        Means over the second before: ``p``, ``q``, ``r``, ``bank``, ``V``, ``alpha``; SI, at the
-        CG; what was not measured is absent.
-    bank_is_measured : bool
-        Whether the bank comes from measured attitude.
-    flow : mapping of str to ndarray, shape (n,)
-        ``alpha``, ``beta`` at the CG (rad) and ``an`` (m/s^2) from input to end, slower than
-        0.05 s; without samples absent.
-    clipped : mapping of str to int
-        Samples at the end of the range of each instrument that clipped.
-    saturated_before : tuple of str
-        Instruments that stood at the end of their range before the input too.
-    gust_fraction : float or None
-        What gusts did, as a share of the answer without them; None where no model tells.
-    rate_switch : float or None
-        As measured.
-    """
+    """An input with its hands-off interval, measured."""
 
     passage: ManeuverSamples
+    """The samples."""
     inputs: tuple[SurfaceInput, ...]
+    """In the order in which they began."""
     steps: Mapping[str, tuple[float, ...]]
+    """How long each step of each input lasted, s."""
     symmetry: Mapping[str, float]
+    """Smaller over larger side of each input by area."""
     residual_deflection: Mapping[str, float]
+    """How far each surface stayed from where it began, share of its amplitude."""
     cross_deflections: Mapping[str, float]
+    """Largest excursion of each other surface, rad."""
     trim_values: Mapping[str, float]
+    """Means over the second before: ``p``, ``q``, ``r``, ``bank``, ``V``, ``alpha``; SI, at the CG;
+    what was not measured is absent."""
     bank_is_measured: bool
+    """Whether the bank comes from measured attitude."""
     flow: Mapping[str, FloatArray]
+    """``alpha``, ``beta`` at the CG (rad) and ``an`` (m/s^2) from input to end, slower than 0.05 s;
+    without samples absent."""
     clipped: Mapping[str, int]
+    """Samples at the end of the range of each instrument that clipped."""
     saturated_before: tuple[str, ...]
+    """Instruments that stood at the end of their range before the input too."""
     gust_fraction: float | None
+    """What gusts did, as a share of the answer without them; None where no model tells."""
     rate_switch: float | None
+    """As measured."""
 
     @property
     def surfaces(self) -> tuple[str, ...]:
-        """Return the surfaces moved, in order."""
         return tuple(one.surface for one in self.inputs)
 
     @property
@@ -157,20 +130,7 @@ def measure_input(
     setting: GradingContext,
     explainer: GustAnalyzer | None,
 ) -> MeasuredInput:
-    """Measure an input whose hands-off interval is over.
-
-    Parameters
-    ----------
-    history : SignalHistory
-        Rows up to `t_end` at least.
-    inputs : sequence of SurfaceInput
-        What was moved on purpose.
-    t_end : float
-        End of the hands-off interval, s.
-    setting : GradingContext
-    explainer : GustAnalyzer or None
-        None without a model.
-    """
+    """Measure an input whose hands-off interval is over; the history reaches to its end."""
     ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
     t_input = ordered[0].t_start
     t_input_end = max(one.t_end for one in ordered)
@@ -220,7 +180,6 @@ def measure_input(
 
 
 def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
-    """Return the smaller over the larger side by area, about the trim before."""
     samples = passage.samples(one.surface, one.t_start, one.t_end) - one.trim_before
     sides = sorted((float(samples[samples > 0.0].sum()), float(-samples[samples < 0.0].sum())))
     return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
@@ -253,7 +212,6 @@ def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[f
 def _clipped(
     passage: ManeuverSamples, setting: GradingContext
 ) -> tuple[dict[str, int], tuple[str, ...]]:
-    """Return how many samples of each instrument clipped, and which stood there before too."""
     start, begun = passage.t_input - DETECTION.trim_time, passage.t_input
     before = clipped_samples(passage, setting.aircraft, start, begun)
     stuck = tuple(name for name, (count, total) in before.items() if count > 0.5 * total)
@@ -298,14 +256,12 @@ def _gusts(
 
 
 def _mean_before(passage: ManeuverSamples, name: str) -> tuple[float, float] | None:
-    """Return the mean of a channel over the second before, and just before the input."""
     mean = passage.mean_at_trim(name)
     at = passage.samples(name, passage.t_input - DOUBLETS.initial_state_time, passage.t_input)
     return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
 
 
 def _fill_gaps(samples: FloatArray) -> FloatArray:
-    """Return samples with missing ones on straight lines between their neighbors."""
     there = np.isfinite(samples)
     if there.all() or not there.any():
         return samples

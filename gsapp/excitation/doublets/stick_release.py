@@ -1,17 +1,16 @@
-"""Whether the sticks were let go, what was moved, and when a hand was put on again."""
+"""Quick moves that may be an input: sticks let go or not, what was moved, hands on again."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsapp.excitation.doublets.flight_context import FlightContext
-from gsapp.excitation.doublets.input_candidate import InputCandidate
-from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.signal_history import SignalHistory
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.doublets.flight_context import FlightContext, SignalHistory
+from gsapp.excitation.doublets.verdict_criteria import InputRequest
+from gsapp.excitation.settings import CUES, DOUBLETS
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_surface_input, smooth_samples
 from gsapp.flight.maneuvers.rapid_moves import (
     UNAMBIGUOUS_SHAPES,
@@ -26,6 +25,49 @@ from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities import FloatArray
 
 
+@dataclass(slots=True)
+class InputCandidate:
+    """Quick moves that may be an input."""
+
+    first_move_time: float
+    last_move_time: float
+    """Time of the first and of the last quick move, s."""
+    began_in_recovery: bool
+    """Whether the pilot was recovering when it began."""
+    surfaces: list[str] = field(default_factory=list)
+    """Surfaces in the order of their first quick move."""
+    inputs: list[SurfaceInput] = field(default_factory=list)
+    """Measured when the sticks were let go; empty before."""
+    t_end: float = math.nan
+    """When the last surface was back, s."""
+    request: InputRequest = field(default_factory=InputRequest)
+    """What the input is held against, once it is known."""
+    hands_off: float = DETECTION.min_free_response_time
+    """Seconds for which the hands should be off."""
+    previous_inputs: list[SurfaceInput] = field(default_factory=list)
+    """What was found before the sticks moved again so soon that it seemed to go on; empty for
+    nothing."""
+    resume_time: float = math.nan
+    """When they did, s."""
+    is_confirmed: bool = False
+    """Whether it was what had been expected, so that nothing that follows makes it steering."""
+
+    @property
+    def expected_surfaces(self) -> set[str]:
+        return (
+            set() if self.request.target_input is None else set(self.request.target_input.surfaces)
+        )
+
+    @property
+    def pending_surfaces(self) -> set[str]:
+        return self.expected_surfaces - set(self.surfaces)
+
+    @property
+    def expected_kind(self) -> str:
+        """Return the shape expected; empty for none."""
+        return "" if self.request.target_input is None else self.request.target_input.kind
+
+
 def remove_steering(
     one: SurfaceInput,
     kind: str,
@@ -37,20 +79,8 @@ def remove_steering(
 ) -> SurfaceInput:
     """Return the input that was expected, where steering ran into it; else what was measured.
 
-    Parameters
-    ----------
-    one : SurfaceInput
-        Measured from the first quick move on, and of another shape than expected.
-    kind : str
-        Shape expected.
-    times, samples : ndarray, shape (n,)
-        Of its surface, s and rad.
-    span : tuple of float
-        First and last quick move of the surface, s.
-    threshold : float
-        Of a quick move, rad.
-    noise : float
-        Standard deviation of the surface's signal, rad.
+    `one` was measured from the first quick move on, and is of another shape than the `kind`
+    expected; `span` has the first and last quick move of the surface, s.
     """
     for begin in _steps(times, samples, span, threshold):
         later = measure_surface_input(one.surface, times, samples, begin, span[1], noise)
@@ -102,16 +132,7 @@ class StickReleaseDetector:
     def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
         """Return what was moved once the sticks are let go, the main surface first.
 
-        Parameters
-        ----------
-        moving : InputCandidate
-        now : float
-            s.
-
-        Returns
-        -------
-        list of SurfaceInput or None
-            Empty if it was steering; None while that is open.
+        Empty if it was steering; None while that is open.
         """
         if moving.last_move_time - moving.first_move_time > DOUBLETS.max_duration:
             return []
@@ -255,7 +276,6 @@ class StickReleaseDetector:
         times: FloatArray,
         rows: FloatArray,
     ) -> SurfaceInput:
-        """Return an input that was not brought back as it shows about its trim before."""
         if abs(one.trim_after - one.trim_before) < DOUBLETS.displaced_share * one.amplitude:
             return one
         noise = self._around.setting.noise.std_of(one.surface)
@@ -287,7 +307,6 @@ class StickReleaseDetector:
         )
 
     def _both_sides(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
-        """Return whether a surface truly went to both sides of where it stood before."""
         _, rows = self._history.segment(main.t_start, min(moving.last_move_time + 0.2, now))
         away = rows[:, SURFACES.index(main.surface)] - main.trim_before
         if not np.isfinite(away).any():
@@ -312,7 +331,6 @@ class StickReleaseDetector:
 
 
 def _is_complete(main: SurfaceInput, idle: float) -> bool:
-    """Return whether an input that ends away from its trim has had all its steps."""
     longest = max(length for _, length in main.excursions)
     return main.kind in UNAMBIGUOUS_SHAPES and idle > max(
         DOUBLETS.last_step_time, 1.5 * longest + 0.2
@@ -336,6 +354,5 @@ def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float)
 
 
 def _is_unreturned_doublet(main: SurfaceInput, threshold: float) -> bool:
-    """Return whether a doublet that was not brought back is one all the same."""
     clear = main.kind in UNAMBIGUOUS_SHAPES and main.max_step > threshold
     return clear and main.abruptness > 0.5 and main.motion_before < main.amplitude

@@ -1,6 +1,6 @@
 """The verdict on a measured input: what speaks against it, the worst first, and what to do.
 
-The criteria that a grade shares are in `gsapp.flight.maneuvers.input_criteria`. Bands of amplitude
+The criteria that a grade shares are in `gsapp.flight.maneuvers.input_measures`. Bands of amplitude
 and width come from the wanted input, the airspeed from the test point. The order is that of what
 makes an input useless: nothing to judge by, a sensor at its end, a start out of trim, a second
 stick, an answer lost in the noise, an answer out of the linear range, gusts; last a width that
@@ -17,19 +17,20 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.doublets.input_measurement import MeasuredInput
-from gsapp.excitation.doublets.settings import DOUBLETS
-from gsapp.excitation.doublets.verdict import InputFinding, VerdictResult
-from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict, VerdictResult
+from gsapp.excitation.settings import DOUBLETS
+from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.excitation.test_points.stick_text import (
     format_amplitude_change,
     format_sticks,
     format_width_change,
 )
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
-from gsapp.excitation.trim.tolerances import TrimTolerances
-from gsapp.excitation.trim.trim_cue import TrimDeviation
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.excitation.trim.trim_cue import TrimDeviation, TrimTolerances
+from gsapp.flight.cards import TestCard
+from gsapp.flight.cards.card import compare_with_card
+from gsapp.flight.maneuvers.detection import build_maneuver
 from gsapp.flight.maneuvers.input_measures import (
+    INPUT_CRITERIA,
     RESPONSE_CHANNELS,
     GradingContext,
     cross_input_ratios,
@@ -45,36 +46,23 @@ from gsapp.quantities import channel, name_in_text
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class InputCase:
-    """All that a verdict is drawn from.
-
-    Attributes
-    ----------
-    measured : MeasuredInput
-    kind : str
-        Shape of the main input.
-    target_input : TargetInput or None
-        None where nothing is known of what is wanted: shape and answer alone are judged.
-    point : TestPoint or None
-    setting : GradingContext
-    tolerances : TrimTolerances
-    known_aircraft : bool
-        Whether there is an aircraft file.
-    system : {"US", "SI"}
-        Units of the words.
-    """
+    """All that a verdict is drawn from."""
 
     measured: MeasuredInput
     kind: str
+    """Shape of the main input."""
     target_input: TargetInput | None
+    """None where nothing is known of what is wanted: shape and answer alone are judged."""
     point: TestPoint | None
     setting: GradingContext
     tolerances: TrimTolerances
     known_aircraft: bool = True
+    """Whether there is an aircraft file."""
     system: str = "US"
+    """Units of the words."""
 
     @property
     def aircraft(self) -> Aircraft:
-        """Return the aircraft."""
         return self.setting.aircraft
 
     @property
@@ -98,7 +86,6 @@ class InputCase:
 
     @property
     def pre_input_motion_ratio(self) -> float:
-        """Return the unrest before the input over its answer, as the grader measures it."""
         return pre_input_motion_ratio(self.measured.passage, self.setting, self.measured.surfaces)[
             0
         ]
@@ -357,3 +344,87 @@ def _larger_than(case: InputCase, one: SurfaceInput, band: ToleranceBand) -> Inp
     change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
     words = f"{case.describe_input(one)} too large: {change}"
     return InputFinding(result="too-large", words=words, surface=one.surface, factor=factor)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputRequest:
+    """What an input is held against."""
+
+    target_input: TargetInput | None = None
+    point: TestPoint | None = None
+    card: TestCard | None = None
+
+
+def evaluate_input(
+    name: str,
+    now: float,
+    measured: MeasuredInput,
+    asked: InputRequest,
+    setting: GradingContext,
+    tolerances: TrimTolerances,
+    *,
+    known_aircraft: bool = True,
+    system: str = "US",
+) -> InputVerdict:
+    """Return the verdict on an input.
+
+    Grade and verdict never contradict each other. Good is what is graded A or B; where the judges
+    of the verdict have nothing against an input that is graded lower, it is ``unclear``, with the
+    grader's reason. An input that is not good is graded B at best.
+    """
+    travel = setting.half_travel
+    by_size = sorted(measured.inputs, key=lambda one: -one.max_step / travel(one.surface))
+    case = InputCase(
+        measured=measured,
+        kind=by_size[0].kind,
+        target_input=asked.target_input,
+        point=asked.point,
+        setting=setting,
+        tolerances=tolerances,
+        known_aircraft=known_aircraft,
+        system=system,
+    )
+    found = find_deficiencies(case)
+    graded = build_maneuver(name, measured.passage, setting, by_size)
+    if not found and graded.grade in ("C", "D"):
+        found = (InputFinding(result="unclear", words=graded.reasons[0]),)
+    result = found[0].result if found else "good"
+    advice = found[0].words if found else "good"
+    graded = graded.with_verdict(result, advice)
+    if (
+        not found
+        and min(measured.symmetry.values()) < DOUBLETS.min_symmetry
+        and case.kind == "doublet"
+    ):
+        advice = "good, but uneven: make both halves equal"
+    card, counts = "", False
+    if asked.card is not None and asked.card.kind == case.kind:
+        attempt = compare_with_card(asked.card, graded)
+        card, counts = asked.card.id, result == "good" and attempt.is_counted
+        if result == "good" and not counts:
+            advice = f"good, but not for the card: {attempt.reasons[0].partition(',')[0]}"
+    passage = measured.passage
+    return InputVerdict(
+        id=name,
+        given_at=now,
+        t_start=passage.t_input - DETECTION.trim_time,
+        t_input=passage.t_input,
+        t_input_end=passage.t_input_end,
+        t_end=passage.t_end,
+        surfaces=measured.surfaces,
+        kind=case.kind,
+        amplitudes={one.surface: one.amplitude for one in measured.inputs},
+        halves=measured.steps,
+        symmetry=measured.symmetry,
+        left_over=measured.residual_deflection,
+        cross=measured.cross_deflections,
+        V=measured.trim_values.get("V"),
+        alpha=graded.alpha,
+        result=result,
+        grade=graded.grade,
+        findings=found,
+        advice=advice,
+        card=card,
+        counts=counts,
+        judged_by=list_unevaluated(case),
+    )

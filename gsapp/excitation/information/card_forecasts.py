@@ -24,11 +24,14 @@ from gsapp.excitation.information.information_matrix import (
     compute_bounds,
 )
 from gsapp.excitation.information.outlook import BoundReduction, CardForecast
-from gsapp.excitation.information.pilot_error_model import PilotErrorModel, draw_executions
-from gsapp.excitation.information.planned_maneuver import CardExecution, simulate_maneuver
-from gsapp.excitation.information.predicted_bounds import predict_information
-from gsapp.excitation.information.response_noise import ResponseNoise
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.information.planned_maneuver import (
+    CardExecution,
+    PilotErrorModel,
+    draw_executions,
+    simulate_maneuver,
+)
+from gsapp.excitation.information.predicted_bounds import ResponseNoise, predict_information
+from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
@@ -60,11 +63,7 @@ def describe_forecast(
 ) -> str:
     """Return what some repeats of a card bring, with the derivative that gains most.
 
-    Parameters
-    ----------
-    wanted : mapping of str to float
-        Bounds asked for; what is below them already is not spoken of.
-    system : {"US", "SI"}
+    What is below the bound wanted already is not spoken of.
     """
     count = _NUMBERS[repeats] if repeats < len(_NUMBERS) else str(repeats)
     surfaces = "-".join(SURFACE_NAMES[name] for name in card.surfaces)
@@ -98,7 +97,6 @@ def log_bound_reduction(gain: BoundReduction, model: Model) -> float:
 def _largest_reduction(
     gains: Sequence[BoundReduction], model: Model, wanted: Mapping[str, float]
 ) -> BoundReduction | None:
-    """Return the gain that says most among bounds that are still above those wanted."""
     open_ones = [
         gain
         for gain in gains

@@ -15,17 +15,19 @@ from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.excitation.flight_rows import FlightRows
 from gsapp.excitation.information.information_matrix import CombinedInformation
-from gsapp.excitation.information.pilot_error_model import USABLE_RESULTS, PilotErrorModel
+from gsapp.excitation.information.planned_maneuver import USABLE_RESULTS, PilotErrorModel
 from gsapp.excitation.information.predicted_bounds import (
+    ResponseNoise,
+    assumed_noise,
     compute_sensitivities,
     fit_maximum_likelihood,
     information_from_fit,
     noise_from_quiet_segment,
     noise_from_residuals,
+    pool_noise,
 )
-from gsapp.excitation.information.response_noise import ResponseNoise, assumed_noise, pool_noise
-from gsapp.excitation.information.settings import INFORMATION
-from gsapp.excitation.test_points.model_update import update_model
+from gsapp.excitation.settings import INFORMATION
+from gsapp.excitation.test_points.perturbation_models import update_model
 from gsapp.flight import Flight
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.signals import RESPONSE_SIGNALS, SURFACES
@@ -66,21 +68,7 @@ def maneuver_from_rows(
 ) -> Maneuver:
     """Return a maneuver cut from rows as it will be cut from the record after the flight.
 
-    Parameters
-    ----------
-    rows : FlightRows
-        Some more on both sides help: channels are brought to their right time.
-    t_start, t_end : float
-        Flight time of its first and last sample, s.
-    inputs : sequence of str
-        Surfaces that were moved.
-    mass : float
-        kg.
-
-    Raises
-    ------
-    FlightError
-        If the rows hold nothing of it.
+    Some more rows on both sides help: channels are brought to their right time.
     """
     flight = Flight(name="this flight", path=Path(), block=block_from_rows(rows), sources={})
     return cut_maneuver(
@@ -99,45 +87,32 @@ ESTIMATION_AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightKnowledge:
-    """What a flight has taught so far.
-
-    Attributes
-    ----------
-    initial_model : Model
-        The model that the flight began with.
-    measured_noise : mapping of str to tuple of ResponseNoise
-        By axis.
-    ftr_estimates : mapping of str to LiveEstimate
-        The flight's own FTR estimates.
-    channels : frozenset of str
-        Measured in the latest maneuver.
-    rate : float
-        Of the rows, Hz.
-    mass, density : float
-        At the latest maneuver, kg, kg/m^3.
-    maneuvers : int
-        That brought something.
-    predicted_bounds : mapping of str to float
-        Bounds expected for the latest one's input as it was flown and the noise there was, at the
-        values known before: what its fit should report.
-    remarks : tuple of str
-        Why others brought nothing.
-    """
+    """What a flight has taught so far."""
 
     initial_model: Model
+    """The model that the flight began with."""
     rate: float
+    """Of the rows, Hz."""
     mass: float
     totals: Mapping[Axis, CombinedInformation] = field(
         default_factory=lambda: {axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES}
     )
     measured_noise: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
+    """By axis."""
     pilot_errors: PilotErrorModel = field(default_factory=PilotErrorModel)
     ftr_estimates: Mapping[str, LiveEstimate] = field(default_factory=dict)
+    """The flight's own FTR estimates."""
     channels: frozenset[str] = frozenset(AXIS_RESPONSES["both"])
+    """Measured in the latest maneuver."""
     density: float = SEA_LEVEL_DENSITY
+    """At the latest maneuver, kg, kg/m^3."""
     maneuvers: int = 0
+    """That brought something."""
     predicted_bounds: Mapping[str, float] = field(default_factory=dict)
+    """Bounds expected for the latest one's input as it was flown and the noise there was, at the
+    values known before: what its fit should report."""
     remarks: tuple[str, ...] = ()
+    """Why others brought nothing."""
 
     def estimates(self) -> dict[str, tuple[float, float]]:
         """Return value and bound of every derivative that some maneuver saw."""
@@ -161,7 +136,6 @@ class FlightKnowledge:
         return pool_noise([one for one in heard if one.responses == heard[-1].responses])
 
     def with_noise(self, axis: Axis, noise: ResponseNoise) -> FlightKnowledge:
-        """Return the knowledge with the noise of another stretch."""
         heard = {**self.measured_noise, axis: (*self.measured_noise.get(axis, ()), noise)}
         return replace(self, measured_noise=heard)
 
@@ -315,7 +289,6 @@ def _with_bound_ratios(
 
 
 def _with_fit(now: FlightKnowledge, solution: MLSolution, axis: Axis) -> FlightKnowledge:
-    """Return the knowledge with what a fit brought."""
     information = information_from_fit(solution)
     values = {name: solution.value(name) for name in information.names}
     totals = {**now.totals, axis: now.totals[axis].with_maneuver(information, values)}

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.identification.statistics.bounds import invert_information
 from gsapp.quantities import FloatArray
@@ -77,16 +77,7 @@ def marginalize_information(
 
 
 def compute_bounds(matrix: FloatArray, unrest: FloatArray) -> FloatArray:
-    """Return the bounds of a fit with information H and unrest B.
-
-    Parameters
-    ----------
-    matrix, unrest : ndarray, shape (..., n, n)
-
-    Returns
-    -------
-    ndarray, shape (..., n)
-    """
+    """Return the bounds of a fit with information H and unrest B, shape (..., n, n) each."""
     scale = 1.0 / np.sqrt(np.einsum("...ii->...i", matrix))
     both = scale[..., :, None] * scale[..., None, :]
     inverted = np.linalg.inv(matrix * both)

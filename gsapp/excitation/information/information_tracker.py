@@ -29,7 +29,7 @@ from gsapp.excitation.information.flight_knowledge import (
 )
 from gsapp.excitation.information.outlook import CardForecast, DerivativeBound, Outlook
 from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.flight.cards import CardSet, CardSetProgress, TestCard
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.identification.axes import axis_derivatives
@@ -45,13 +45,7 @@ class InitialSegmentCollector:
         self._given = False
 
     def process_rows(self, rows: FlightRows, took_off: float | None) -> FlightRows | None:
-        """Take in the next rows; give the stretch as soon as all of it is there.
-
-        Parameters
-        ----------
-        took_off : float or None
-            Flight time, s; None on the ground.
-        """
+        """Take in the next rows; give the stretch as soon as all of it is there."""
         if self._given or not len(rows):
             return None
         if rows.starts_segment:
@@ -76,19 +70,8 @@ class InformationTracker:
     """Keeps the bounds reached in one flight, and looks ahead.
 
     What was flown is worked on in steps of some ten milliseconds: call `run_slice` between ticks.
-
-    Parameters
-    ----------
-    model : Model or None
-        Without either, bounds cannot be told; time left may.
-    rate : float
-        Of the rows, Hz.
-    wanted : mapping of str to float, optional
-        Bounds asked for, per radian; what has reached its own does not count any more.
-    longest : float
-        Of the flight, s.
-    system : {"US", "SI"}
-        Units of the words.
+    Without aircraft or model bounds cannot be told; time left may. What has reached the bound
+    wanted, per radian, does not count any more.
     """
 
     def __init__(
@@ -110,7 +93,6 @@ class InformationTracker:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything; the flight begins anew."""
         self.remaining_time.restart()
         self._held: list[FlightRows] = []
         self._lessons: deque[ManeuverData | FlightRows] = deque()
@@ -171,15 +153,9 @@ class InformationTracker:
         rows: FlightRows | None,
         card: TestCard | None = None,
     ) -> None:
-        """Take in a maneuver; spoiled ones bring nothing.
+        """Take in a maneuver, spoiled ones bring nothing, and the card that it was flown for.
 
-        Parameters
-        ----------
-        rows : FlightRows or None
-            From `INFORMATION.noise_time` seconds before
-            it, as far as there are, to its end. None: it cannot be learned from.
-        card : TestCard, optional
-            That it was flown for: tells how the pilot flies cards.
+        The rows begin `INFORMATION.noise_time` before it, as far as there are.
         """
         self.remaining_time.add_maneuver(verdict.t_input)
         if rows is None or self._knowledge is None:
@@ -272,15 +248,7 @@ class InformationTracker:
         return self._bounds
 
     def outlook(self, time: float, cards: CardSetProgress | CardSet | None = None) -> Outlook:
-        """Return what is known, and what comes next, at a flight time.
-
-        Parameters
-        ----------
-        time : float
-            s.
-        cards : CardSetProgress or CardSet, optional
-            Those of the flight, as they stand.
-        """
+        """Return what is known, and what comes next, at a flight time, cards as they stand."""
         self._looked_at = time
         missing = _unfinished_cards(cards)
         if missing != self._cards:
@@ -305,7 +273,6 @@ class InformationTracker:
         )
 
     def _fitting(self, left: int | None) -> tuple[CardForecast, ...]:
-        """Return the prospects of all cards, with no more repeats than there is time for."""
         if left == 0:
             return ()
         return tuple(

@@ -8,18 +8,19 @@ motion follows from the input alone; what the responses showed is not looked at.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.information.information_matrix import (
     ManeuverInformation,
     marginalize_information,
 )
-from gsapp.excitation.information.response_noise import ResponseNoise
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.campaign import secondary_input_derivatives
@@ -37,7 +38,83 @@ from gsapp.identification.statistics import (
 )
 from gsapp.identification.statistics.bounds import invert_information
 from gsapp.identification.statistics.correlation import default_lags
+from gsapp.identification.statistics.correlation import STATISTICS
 from gsapp.quantities import FloatArray
+
+_USUAL_NOISE: Final = {
+    **dict.fromkeys(("alpha", "beta"), INFORMATION.vane_noise),
+    **dict.fromkeys(("p", "q", "r"), INFORMATION.gyro_noise),
+    **dict.fromkeys(("ax", "ay", "an"), INFORMATION.accelerometer_noise),
+}
+"""Noise of instruments of which the aircraft file says nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResponseNoise:
+    """Noise of some responses, as residuals show it."""
+
+    responses: tuple[str, ...]
+    rate: float
+    """Samples per second."""
+    autocovariance: FloatArray
+    """Shape (2 Lg + 1, n_responses, n_responses). Autocovariance, SI; the middle one is that of lag
+    0."""
+    duration: float
+    """Length of the stretches that it was heard in, s; 0 where it is assumed."""
+
+    @property
+    def variances(self) -> FloatArray:
+        """Return the variance of each response, shape (n_responses,)."""
+        return np.asarray(self.autocovariance[len(self.autocovariance) // 2].diagonal())
+
+    def select(self, responses: Sequence[str]) -> ResponseNoise:
+        """Return the noise of some of the responses, in this order."""
+        places = [self.responses.index(name) for name in responses]
+        return ResponseNoise(
+            responses=tuple(responses),
+            rate=self.rate,
+            autocovariance=np.ascontiguousarray(self.autocovariance[:, places][:, :, places]),
+            duration=self.duration,
+        )
+
+    def autocovariance_to(self, count: int) -> FloatArray:
+        """Return the autocovariance to at most so many lags."""
+        middle = len(self.autocovariance) // 2
+        reach = min(count, middle)
+        return self.autocovariance[middle - reach : middle + reach + 1]
+
+
+def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> ResponseNoise:
+    """Return white noise as strong as the aircraft file says of its instruments.
+
+    That is what there is before anything was heard in flight: gusts are not in it.
+    """
+    stated = aircraft.sensors.noise_in_flight
+    stds = [stated[name] or _USUAL_NOISE[name] for name in responses]
+    lagged = np.zeros((2 * STATISTICS.max_lags + 1, len(stds), len(stds)))
+    lagged[STATISTICS.max_lags] = np.diag(np.square(stds))
+    return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
+
+
+def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:
+    """Return the mean over stretches of the same responses, each by its length.
+
+    Far lags come from those stretches that were long enough to show them.
+    """
+    reach = max(len(one.autocovariance) // 2 for one in heard)
+    total = np.zeros_like(max(heard, key=lambda one: len(one.autocovariance)).autocovariance)
+    weights = np.zeros(2 * reach + 1)
+    for one in heard:
+        own = len(one.autocovariance) // 2
+        part = slice(reach - own, reach + own + 1)
+        total[part] += one.duration * one.autocovariance
+        weights[part] += one.duration
+    return ResponseNoise(
+        responses=heard[0].responses,
+        rate=heard[0].rate,
+        autocovariance=total / weights[:, None, None],
+        duration=float(weights[reach]),
+    )
 
 
 def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
@@ -112,18 +189,8 @@ def compute_sensitivities(
 ) -> ManeuverSensitivities:
     """Return the sensitivities of a maneuver with this input at known parameters.
 
-    Parameters
-    ----------
-    maneuver : Maneuver
-        Flown or planned: its surfaces, and the air data and attitude that come with them.
-    axis : {"lon", "lat"}
-    responses : collection of str, optional
-        Those to be compared; all of the axis by default.
-
-    Raises
-    ------
-    FlightError
-        If nothing of it can be fitted, or the model diverges.
+    Flown or planned: its surfaces, and the air data and attitude that come with them; by default of
+    all responses of the axis. `FlightError` if nothing can be fitted, or the model diverges.
     """
     settings = create_fit_settings(maneuver, axis, model)
     if responses is not None:
@@ -155,7 +222,6 @@ def compute_sensitivities(
 
 
 def _pseudo_inverse(H: FloatArray) -> FloatArray:
-    """Return the inverse of an information matrix, with nothing along what it does not see."""
     found = invert_information(H)
     lost = ~np.isfinite(found.diagonal())
     found[lost] = found[:, lost] = 0.0
@@ -179,13 +245,7 @@ def initial_unknowns(problem: EstimationProblem, model: Model) -> FloatArray:
 
 
 def fit_maximum_likelihood(maneuver: Maneuver, axis: Axis, model: Model) -> MLSolution:
-    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted, or the model diverges.
-    """
+    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds."""
     settings = create_fit_settings(maneuver, axis, model)
     problem = build_problem([maneuver], settings)
     solver = Solver(problem, settings)
@@ -221,11 +281,6 @@ def noise_from_quiet_segment(stretch: Maneuver, axis: Axis, model: Model) -> Res
     """Return the noise of a stretch of flight without an input.
 
     What little the pilot steers there is explained by the model, bent as far as it must.
-
-    Raises
-    ------
-    FlightError
-        If nothing can be fitted, or the model diverges.
     """
     free = axis_derivatives(axis)
     settings = MLSettings(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.information.settings import INFORMATION
+from gsapp.excitation.settings import INFORMATION
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNALS
@@ -16,22 +16,7 @@ from gsapp.quantities import FloatArray
 
 
 class RemainingTimeEstimator:
-    """Counts down one flight.
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Fuel on board and its flows; None: by the clock alone, from the first row on.
-    rate : float
-        Of the rows, Hz.
-    max_duration : float
-        s.
-
-    Attributes
-    ----------
-    takeoff_time : float or None
-        Flight time, s; None on the ground.
-    """
+    """Counts down one flight by fuel and clock; without an aircraft by the clock alone."""
 
     def __init__(
         self,
@@ -47,7 +32,6 @@ class RemainingTimeEstimator:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all; the flight begins anew."""
         self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
         self._rest: FloatArray = np.empty((0, len(SIGNALS)))
         self._next = 0
@@ -62,7 +46,6 @@ class RemainingTimeEstimator:
     # --- what comes in --------------------------------------------------------------------------
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         if self._watch is None or self._aircraft is None or not len(rows):
             return
         first = rows.first_index
@@ -190,7 +173,6 @@ class RemainingTimeEstimator:
         return self._fuel / flow if flow > 0.0 else None
 
     def maneuvers_left(self, time: float) -> int | None:
-        """Return how many maneuvers fit into the time that is left."""
         left = self.time_left(time)
         return None if left is None else int(left // self.maneuver_interval)
 

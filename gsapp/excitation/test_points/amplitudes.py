@@ -11,12 +11,11 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft, Control
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.perturbation_models import InputResponse, PerturbationModels
-from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import ToleranceBand
-from gsapp.flight.maneuvers.clipping import clipping_ranges
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
-from gsapp.flight.maneuvers.input_measures import MIN_NOISE, RESPONSE_CHANNELS
+from gsapp.excitation.test_points.point import ToleranceBand
+from gsapp.flight.maneuvers.dead_instruments import clipping_ranges
+from gsapp.flight.maneuvers.input_measures import INPUT_CRITERIA, MIN_NOISE, RESPONSE_CHANNELS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -42,13 +41,7 @@ class _Limit:
 
 
 def channel_noise(aircraft: Aircraft, noise: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the noise of each channel that answers, SI: as measured, else by the aircraft file.
-
-    Parameters
-    ----------
-    noise : mapping of str to float, optional
-        Standard deviations measured, by channel.
-    """
+    """Return the noise of each channel that answers, SI: as measured, else by the aircraft file."""
     found = aircraft.sensors.noise_in_flight
     given = {} if noise is None else {k: v for k, v in noise.items() if math.isfinite(v)}
     found.update((name, given[name]) for name in found if given.get(name, 0.0) > 0.0)
@@ -64,23 +57,10 @@ def amplitudes_from_model(
     width: float,
     stagger: float,
 ) -> dict[str, ToleranceBand]:
-    """Return the amplitudes that an aircraft's model and sensors call for.
+    """Return the bands of amplitudes (rad, as measured) that model and sensors call for.
 
-    Parameters
-    ----------
-    answers : mapping of str to InputResponse
-        By surface, in the order in which they move.
-    noise : mapping of str to float
-        Standard deviations by channel, SI.
-    width : float
-        Of one step, s.
-    stagger : float
-        Of each further surface after the one before, s.
-
-    Returns
-    -------
-    dict
-        Surface to band, rad, as the surface's channel shows it.
+    By surface, in the order in which they move, each `stagger` s after the one before; `width` of
+    one step in s.
     """
     limits = _limits(aircraft, motions)
     alone = {
@@ -103,13 +83,7 @@ def amplitudes_from_model(
 
 
 def amplitude_from_linkage(aircraft: Aircraft, surface: str, width: float) -> ToleranceBand:
-    """Return what the linkage alone says of an amplitude: a wide band.
-
-    Parameters
-    ----------
-    width : float
-        Of one step, s.
-    """
+    """Return what the linkage alone says of an amplitude for a step (s): a wide band."""
     control: Control = getattr(aircraft.controls, surface)
     low, why_low = max(_min_by_linkage(control), key=lambda found: found[0])
     high, why_high = min(_max_by_servo(control, 0.0, width), key=lambda found: found[0])

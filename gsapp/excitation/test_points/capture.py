@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.settings import INPUTS
 from gsapp.excitation.trim.trim_cue import TrimDeviation
 from gsapp.quantities import BoolArray, FloatArray
 
@@ -23,12 +23,8 @@ def guidance_text(
 ) -> str:
     """Return short advice towards a test point; empty where there is nothing to say.
 
-    Parameters
-    ----------
-    speed, alpha : float or None
-        Now, m/s, rad; None or NaN where not measured. Speed counts; at 1 g it fixes alpha, so
-        alpha speaks where no speed is measured or asked for, and once the speed is right.
-    system : {"US", "SI"}
+    Speed counts; at 1 g it fixes alpha, so alpha speaks where no speed is measured or asked for,
+    and once the speed is right.
     """
     if point is None:
         return ""
@@ -68,15 +64,10 @@ def _throttle_advice(more: bool, far: bool, throttle: float | None) -> str:
 
 
 class TestPointCapture:
-    """Captures the point that is held; the nearest of several.
+    """Captures the point that is held; the nearest of several that are still open.
 
-    What comes out depends on the rows only, not on how they were cut. A point with a speed is
-    held by speed, one with an angle of attack alone by that.
-
-    Parameters
-    ----------
-    points : sequence of TestPoint
-        Those still open, in the order in which they are wanted.
+    What comes out depends on the rows only, not on how they were cut. A point with a speed is held
+    by speed, one with an angle of attack alone by that.
     """
 
     def __init__(self, points: Sequence[TestPoint] = ()) -> None:
@@ -84,7 +75,6 @@ class TestPointCapture:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was flown."""
         self._times = np.empty(0)
         self._kept = np.empty((0, 2))
         self._captured: int | None = None
@@ -101,7 +91,6 @@ class TestPointCapture:
         return None if self._captured is None else self._points[self._captured]
 
     def process_rows(self, rows: FlightRows) -> None:
-        """Take in the next rows."""
         if rows.starts_segment:
             self.restart()
         if not len(rows):

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
-from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import ToleranceBand
+from gsapp.excitation.settings import INPUTS
+from gsapp.excitation.test_points.point import ToleranceBand
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
@@ -78,11 +78,7 @@ def roll_subsidence(lateral: LinearModel) -> ModeTiming:
 def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
     """Return the width of one step that excites an oscillation best.
 
-    Parameters
-    ----------
-    kind : str
-        Shape of the input. Of a 3-2-1-1 the step of two is as long as one of a doublet; other
-        shapes are taken as doublets.
+    Of a 3-2-1-1 the step of two is as long as one of a doublet; other shapes are taken as doublets.
     """
     units = _MIDDLE_STEP.get(kind, 1)
     response = _spectrum(INPUT_SHAPES["pulse" if kind == "pulse" else "doublet"])

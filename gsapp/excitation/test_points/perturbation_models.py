@@ -18,10 +18,11 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.trim import Trim, trim
-from gsapp.excitation.test_points.settings import INPUTS
+from gsapp.dynamics.trim import Trim, find_suspect_signs, find_unflyable_reasons, trim
+from gsapp.excitation.settings import INPUTS
 from gsapp.flight.maneuvers.input_shape import smooth_samples
 from gsapp.flight.maneuvers.settings import DETECTION
+from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.quantities import FloatArray
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
@@ -73,21 +74,9 @@ def linearize_level_flight(
     mass: float | None = None,
     flap: float = 0.0,
 ) -> PerturbationModels:
-    """Return the small motions about level flight.
+    """Return the small motions about level flight; `FlightError` if the aircraft cannot fly so.
 
-    Parameters
-    ----------
-    speed : float
-        True airspeed, m/s.
-    density, mass : float, optional
-        kg/m^3, kg; sea level and the aircraft file's by default.
-    flap : float
-        rad.
-
-    Raises
-    ------
-    FlightError
-        If the aircraft cannot fly so; the sentence names what is wrong.
+    At sea level and with the mass of the aircraft file by default.
     """
     flying = FlightModel(aircraft, model)
     rho = SEA_LEVEL_DENSITY if density is None else density
@@ -106,7 +95,6 @@ def simulate_input_response(
 
     Parameters
     ----------
-    surface : {"de", "da", "dr"}
     kind : str
         Shape; those without steps of their own are taken as doublets.
     width : float
@@ -147,13 +135,7 @@ def _superposed(line: FloatArray, edges: FloatArray, starts: Sequence[int]) -> F
 def _step_response(
     linear: LinearModel, surface: str, lag: float, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return states and outputs after a step of one radian through the servo's lag.
-
-    Returns
-    -------
-    states : ndarray, shape (count, n_states)
-    outputs : ndarray, shape (count, n_outputs)
-    """
+    """Return states and outputs, shape (count, ...), after a step of 1 rad through the servo."""
     column = linear.inputs.index(surface)
     size = len(linear.states)
     # States, the servo, and the constant one that drives it.
@@ -170,3 +152,35 @@ def _step_response(
         state = forward @ state
     states, servo = found[:, :size], found[:, size]
     return states, states @ linear.C.T + np.outer(servo, linear.D[:, column])
+
+
+def update_model(
+    model: Model, estimates: Mapping[str, LiveEstimate] | None, *, aircraft: Aircraft
+) -> Model:
+    """Return a model with the derivatives that this flight has earned; the same if there are none.
+
+    An estimate takes the place of a derivative if it is earned, its bound is below
+    `INPUTS.max_relative_bound` of its value, and the model with it flies with no sign reversed that
+    was right before. Biases stay: they belong to trim and to how the instruments were zeroed.
+    """
+    changed: dict[str, float] = {}
+    doubts = len(find_suspect_signs(model))
+    for name, estimate in (estimates or {}).items():
+        if name not in model.derivatives or not _is_reliable(estimate):
+            continue
+        old, new = model.derivative(name), estimate.value
+        if new is None or (old and not 1.0 / INPUTS.max_ratio < new / old < INPUTS.max_ratio):
+            continue
+        trial = model.with_derivatives({**changed, name: new})
+        if not find_unflyable_reasons(aircraft, trial) and len(find_suspect_signs(trial)) <= doubts:
+            changed[name] = new
+    if not changed:
+        return model
+    return model.with_derivatives(changed, name=f"{model.name}, as flown")
+
+
+def _is_reliable(estimate: LiveEstimate) -> bool:
+    value, std = estimate.value, estimate.std
+    if estimate.name.endswith("_0") or value is None or std is None:
+        return False
+    return 0.0 < std < INPUTS.max_relative_bound * abs(value)

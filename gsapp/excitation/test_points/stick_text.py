@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from gsapp.aircraft import Aircraft, Control
-from gsapp.excitation.test_points.settings import INPUTS
+from gsapp.excitation.settings import INPUTS
 from gsapp.quantities.constants import DEGREE
 
 STICK_SHARES: Final = {
@@ -42,25 +42,6 @@ _FACTORS: Final = {
 }
 
 
-def format_stick(
-    aircraft: Aircraft | None, surface: str, amplitude: float, *, rate_switch: float | None = None
-) -> str:
-    """Return a deflection as a pilot flies it: "half stick, high rate".
-
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        None leaves degrees.
-    surface : {"de", "da", "dr"}
-    amplitude : float
-        To either side, rad.
-    rate_switch : float or None
-        As measured: 1 high, 0 low; None or NaN where it is not known. A known position stays
-        where the deflection can be flown with it.
-    """
-    return format_sticks(aircraft, {surface: amplitude}, rate_switch=rate_switch)[surface]
-
-
 def format_sticks(
     aircraft: Aircraft | None,
     amplitudes: Mapping[str, float],
@@ -69,14 +50,8 @@ def format_sticks(
 ) -> dict[str, str]:
     """Return the words for surfaces that move in one input: one position of the switch for all.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        None leaves degrees.
-    amplitudes : mapping of str to float
-        By surface, to either side, rad.
-    rate_switch : float or None
-        See `format_stick`.
+    `rate_switch` is as measured: 1 high, 0 low; None or NaN where it is not known. A known position
+    stays where the deflections can be flown with it. Without an aircraft degrees stay.
     """
     if aircraft is None:
         return {name: _format_degrees(size) for name, size in amplitudes.items()}
@@ -138,10 +113,7 @@ def format_share(share: float) -> str:
 def format_amplitude_change(factor: float) -> str:
     """Return by how much an amplitude should change: "half again", "a third less".
 
-    Parameters
-    ----------
-    factor : float
-        New over old, greater than zero; a tenth more or less is the least that has words.
+    A tenth more or less is the least that has words.
     """
     if not factor > 0.0 or factor > INPUTS.max_change:
         return "much more"
@@ -151,15 +123,7 @@ def format_amplitude_change(factor: float) -> str:
 
 
 def format_width_change(width: float, wanted: float) -> str:
-    """Return how long each step should be: "quicker: 0.4 s each way", "longer: 0.5 s each way".
-
-    Parameters
-    ----------
-    width : float
-        Of one step as it was flown, s.
-    wanted : float
-        s.
-    """
+    """Return how long a step (s) should be: "quicker: 0.4 s each way"."""
     way = f"{wanted:.1f} s each way" if wanted >= 0.095 else f"{wanted:.2f} s each way"
     if abs(width / wanted - 1.0) < INPUTS.width_tolerance:
         return way

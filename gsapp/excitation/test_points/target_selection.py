@@ -8,6 +8,7 @@ from typing import Final, Literal
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
+from gsapp.excitation.settings import INPUTS
 from gsapp.excitation.test_points.amplitudes import (
     amplitude_from_linkage,
     amplitudes_from_model,
@@ -21,15 +22,13 @@ from gsapp.excitation.test_points.input_timing import (
     roll_subsidence,
     short_period,
 )
-from gsapp.excitation.test_points.model_update import update_model
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
     linearize_level_flight,
     simulate_input_response,
+    update_model,
 )
-from gsapp.excitation.test_points.point import TestPoint
-from gsapp.excitation.test_points.settings import INPUTS
-from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.point import TargetInput, TestPoint, ToleranceBand
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.foundation import FlightError
@@ -118,7 +117,6 @@ def _best_models(
     point: TestPoint | None,
     estimates: Mapping[str, LiveEstimate] | None,
 ) -> tuple[PerturbationModels | None, TargetSource]:
-    """Return the small motions by the best model that flies at a point, and whose it is."""
     if aircraft is None or model is None:
         return None, "usual"
     flown = update_model(model, estimates, aircraft=aircraft)

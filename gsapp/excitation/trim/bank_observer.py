@@ -13,29 +13,69 @@ from __future__ import annotations
 
 import math
 
-from gsapp.excitation.trim.settings import TRIM
-from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
+from gsapp.excitation.settings import TRIM
 from gsapp.quantities.constants import GRAVITY
 
 
+class TwoStateKalmanFilter:
+    """A Kalman filter of two states in plain floats: a step takes less than one of arrays would."""
+
+    __slots__ = ("_p00", "_p01", "_p11", "first", "second")
+
+    def __init__(self, states: tuple[float, float], spreads: tuple[float, float]) -> None:
+        self.first, self.second = states
+        self._p00, self._p01, self._p11 = spreads[0] ** 2, 0.0, spreads[1] ** 2
+
+    @property
+    def stds(self) -> tuple[float, float]:
+        return math.sqrt(self._p00), math.sqrt(self._p11)
+
+    def predict(
+        self,
+        states: tuple[float, float],
+        cross: tuple[float, float],
+        noise: tuple[float, float],
+    ) -> None:
+        """Go on by one step to states as the caller's equations have them.
+
+        `cross` is how much the first state then depends on the second before, and the second on the
+        first; `noise` the variances that the step adds.
+        """
+        self.first, self.second = states
+        b, c = cross
+        p00, p01, p11 = self._p00, self._p01, self._p11
+        self._p00 = p00 + 2.0 * b * p01 + b * b * p11 + noise[0]
+        self._p01 = c * p00 + (1.0 + b * c) * p01 + b * p11
+        self._p11 = c * c * p00 + 2.0 * c * p01 + p11 + noise[1]
+
+    def update_first(self, value: float, variance: float) -> None:
+        """Take in a measurement of the first state."""
+        total = self._p00 + variance
+        k0, k1 = self._p00 / total, self._p01 / total
+        miss = value - self.first
+        self.first += k0 * miss
+        self.second += k1 * miss
+        self._p11 -= k1 * self._p01
+        self._p01 -= k0 * self._p01
+        self._p00 -= k0 * self._p00
+
+    def update_second(self, value: float, variance: float) -> None:
+        """Take in a measurement of the second state."""
+        total = self._p11 + variance
+        k0, k1 = self._p01 / total, self._p11 / total
+        miss = value - self.second
+        self.first += k0 * miss
+        self.second += k1 * miss
+        self._p00 -= k0 * self._p01
+        self._p01 -= k1 * self._p01
+        self._p11 -= k1 * self._p11
+
+
 class BankObserver:
-    """Follows the bank tick by tick.
+    """Follows the bank and its standard deviation tick by tick, NaN while no yaw rate is measured.
 
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-    usual_speed : float
-        Taken where no airspeed is measured, m/s.
-
-    Attributes
-    ----------
-    bank : float
-        rad; NaN while no yaw rate is measured.
-    bank_std : float
-        Its standard deviation, rad.
-    pitch : float
-        Pitch attitude in level flight, rad.
+    `pitch` is the pitch attitude in level flight; `usual_speed` is taken where no airspeed is
+    measured.
     """
 
     def __init__(self, dt: float, usual_speed: float) -> None:
@@ -44,7 +84,6 @@ class BankObserver:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._filter = TwoStateKalmanFilter((0.0, 0.0), TRIM.initial_bank_std)
         self.pitch = TRIM.default_pitch
         self.bank, self.bank_std = math.nan, TRIM.initial_bank_std[0]
@@ -58,21 +97,7 @@ class BankObserver:
         beta: float,
         gusts: float,
     ) -> None:
-        """Go on by one tick.
-
-        Parameters
-        ----------
-        rates : tuple of float
-            p, q, r, rad/s; NaN, as all that follows, where missing.
-        ax, ay : float
-            m/s^2.
-        speed : float
-            True airspeed, m/s.
-        beta : float
-            rad.
-        gusts : float
-            Strength of the gusts, m/s.
-        """
+        """Go on by one tick: p, q, r, rad/s, and what follows NaN where missing; gusts in m/s."""
         p, q, r = rates
         if r != r:
             self.restart()

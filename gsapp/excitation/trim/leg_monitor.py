@@ -12,8 +12,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
-from gsapp.excitation.settings import CUES
-from gsapp.excitation.trim.settings import TRIM
+from gsapp.excitation.settings import CUES, TRIM
 
 _DOUBT: Final = {"position": 0.5, "turns": 1.5, "": 0.0}
 """Seconds by which pilots turn earlier than in the laps before, by what tells the end of a leg."""
@@ -33,17 +32,8 @@ class _Leg:
 class LegMonitor:
     """Follows turns and legs tick by tick.
 
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-
-    Attributes
-    ----------
-    time_left : float or None
-        Seconds of the leg that are left; None in a turn and where nothing tells.
-    source : str
-        ``position``, ``turns`` or empty.
+    `time_left` of the leg is None in a turn and where nothing tells; `source` is ``position``,
+    ``turns`` or empty.
     """
 
     def __init__(self, dt: float) -> None:
@@ -51,7 +41,6 @@ class LegMonitor:
         self.restart()
 
     def restart(self) -> None:
-        """Forget all legs."""
         self._legs: deque[_Leg] = deque(maxlen=TRIM.max_legs)
         self._heading = 0.0
         self._turned = 0.0
@@ -68,16 +57,10 @@ class LegMonitor:
         self._laps = 0
 
     def step(self, rate: float, mean_rate: float, bank: float, north: float, east: float) -> None:
-        """Go on by one tick.
+        """Go on by one tick; NaN where missing.
 
-        Parameters
-        ----------
-        rate, mean_rate : float
-            Turn rate in this tick and over the last moments, rad/s; NaN where missing.
-        bank : float
-            rad; NaN where unknown.
-        north, east : float
-            Position as it was `CUES.slow_channel_delay` ago, m; NaN where missing.
+        Turn rate in this tick and over the last moments; position as it was
+        `CUES.slow_channel_delay` ago.
         """
         if math.isfinite(rate):
             self._heading += rate * self._dt

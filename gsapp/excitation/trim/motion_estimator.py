@@ -1,4 +1,8 @@
-"""From ticks to the motion of the last second, from whatever is measured."""
+"""Motion and air of a trim cue: windows of ticks, bank and climb, and how rough the air is.
+
+Of each channel the power about the straight line of a second is known at every tick. Three such
+seconds end to end say how restless the aircraft is now, five whether that lasts.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +15,109 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.settings import CUES
-from gsapp.excitation.trim.bank_observer import BankObserver
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.settings import CUES, TRIM
+from gsapp.excitation.trim.bank_observer import BankObserver, TwoStateKalmanFilter
 from gsapp.excitation.trim.leg_monitor import LegMonitor
-from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TICK_INDEX
-from gsapp.excitation.trim.tolerances import TrimTolerances
-from gsapp.excitation.trim.trim_evaluation import ATTITUDE_SOURCE, MeanMotion
-from gsapp.excitation.trim.turbulence_monitor import TURBULENCE_CHANNELS, TurbulenceMonitor
-from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
+from gsapp.excitation.trim.trim_cue import ATTITUDE_SOURCE, MeanMotion, TrimTolerances
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import EARTH_RADIUS, GRAVITY
+
+TURBULENCE_CHANNELS: Final = ("p", "q", "r", "an", "alpha", "beta")
+"""Channels by which unrest is judged."""
+
+
+_LIFT: Final = TURBULENCE_CHANNELS.index("an")
+_ALPHA_COLUMN: Final = TURBULENCE_CHANNELS.index("alpha")
+
+
+class TurbulenceMonitor:
+    """Follows unrest tick by tick; mass and wing area turn accelerations into gusts, m/s.
+
+    `tolerance_ratio` is that of the most restless channel, root mean square over its tolerance, NaN
+    where no channel tells; `is_lasting` whether it has been restless for some seconds. `second` is
+    the window, in ticks, in which the powers were taken.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, tolerances: TrimTolerances, second: int) -> None:
+        self._loading = (
+            None
+            if aircraft is None
+            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * TRIM.lift_slope)
+        )
+        self._second = second
+        self._now = max(1, round(tolerances.turbulence_time / tolerances.averaging_time))
+        self._limits = (
+            tolerances.roll_rate_rms,
+            tolerances.pitch_rate_rms,
+            tolerances.yaw_rate_rms,
+            tolerances.an_rms,
+            tolerances.alpha_rms,
+            tolerances.beta_rms,
+        )
+        self._floor = [0.0] * len(TURBULENCE_CHANNELS)
+        self._ground = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the motion; what was learned on the ground stays."""
+        self._past: deque[Sequence[float]] = deque(
+            maxlen=(TRIM.window_count - 1) * self._second + 1
+        )
+        self.tolerance_ratio, self.worst_channel, self.is_lasting = math.nan, "", False
+        self.gust_strength: float | None = None
+
+    def learn_ground_noise(self, powers: Sequence[float]) -> None:
+        """Take in what is to be seen of a standing aircraft: noise and vibration."""
+        self._ground += 1
+        self._floor = [
+            floor + (power - floor) / self._ground if power == power else floor
+            for floor, power in zip(self._floor, powers, strict=True)
+        ]
+
+    def step(self, powers: Sequence[float], speed: float) -> None:
+        """Go on by one tick with powers of `TURBULENCE_CHANNELS`, SI squared; NaN where missing."""
+        self._past.append(self._with_alpha(powers, speed))
+        seconds = [self._past[place] for place in range(len(self._past) - 1, -1, -self._second)]
+        self.tolerance_ratio, self.worst_channel, self.is_lasting = math.nan, "", False
+        for place, limit in enumerate(self._limits):
+            floor = self._floor[place]
+            clean = [max(one[place] - floor, 0.0) for one in seconds if one[place] == one[place]]
+            recent = clean[: self._now]
+            if not recent:
+                continue
+            share = math.sqrt(sum(recent) / len(recent)) / limit
+            if not share <= self.tolerance_ratio:
+                self.tolerance_ratio, self.worst_channel = share, TURBULENCE_CHANNELS[place]
+                self.is_lasting = (
+                    len(clean) >= TRIM.window_count
+                    and min(clean) > (TRIM.lasting_share * limit) ** 2
+                )
+        self.gust_strength = self._gusts(seconds, speed)
+
+    def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:
+        """Put what the lift tells of alpha in place of a vane that is not there."""
+        if (
+            powers[_ALPHA_COLUMN] == powers[_ALPHA_COLUMN]
+            or self._loading is None
+            or not speed > TRIM.min_gust_speed
+        ):
+            return powers
+        lift = max(powers[_LIFT] - self._floor[_LIFT], 0.0)
+        told = lift * (self._loading / (SEA_LEVEL_DENSITY * speed * speed)) ** 2
+        return (*powers[:_ALPHA_COLUMN], told, *powers[_ALPHA_COLUMN + 1 :])
+
+    def _gusts(self, seconds: list[Sequence[float]], speed: float) -> float | None:
+        alpha = [one[_ALPHA_COLUMN] for one in seconds if one[_ALPHA_COLUMN] == one[_ALPHA_COLUMN]]
+        if not alpha or not speed > TRIM.min_gust_speed:
+            return None
+        bump = max(sum(alpha) / len(alpha) - self._floor[_ALPHA_COLUMN], 0.0)
+        return TRIM.gust_ratio * speed * math.sqrt(bump)
+
 
 # Means, slopes and unrest over moving windows, tick by tick.
 # Each window is summed by itself, whatever number of ticks come at once: so the results are the
@@ -44,15 +137,7 @@ class WindowFit:
 
 
 class MovingWindow:
-    """The latest ticks, as many as a window is long.
-
-    Parameters
-    ----------
-    length : int
-        Ticks.
-    columns : int
-        Values of a tick.
-    """
+    """The latest ticks, as many as a window is long."""
 
     def __init__(self, length: int, columns: int) -> None:
         self._length = length
@@ -62,13 +147,7 @@ class MovingWindow:
         self._lever = float((self._places**2).sum())
 
     def fit_windows(self, ticks: FloatArray) -> WindowFit:
-        """Return the lines through the windows that end at these ticks.
-
-        Parameters
-        ----------
-        ticks : ndarray, shape (n, m)
-            NaN where missing.
-        """
+        """Return the lines through the windows that end at these ticks, shape (n, m)."""
         length = self._length
         joined = np.concatenate((self._past, ticks))
         self._past = joined[len(ticks) :]
@@ -95,23 +174,10 @@ _FLOWN: Final = ("p", "q", "r", "V", "altitude")
 
 
 class GroundMonitor:
-    """Follows one flight tick by tick.
+    """Follows one flight tick by tick: airborne, standing still, or surely on the ground.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without one an airspeed decides, and without that all counts as flown.
-    dt : float
-        Between ticks, s.
-
-    Attributes
-    ----------
-    airborne, standing : bool
-        Flies; stands still on the ground.
-    on_ground : bool
-        Is not airborne, and was looked at for long enough to say so.
-    zero_offsets : tuple of float
-        Of p, q, r, rad/s: to be taken off what they show.
+    Without an aircraft an airspeed decides, and without that all counts as flown. `zero_offsets` of
+    p, q, r are to be taken off what they show.
     """
 
     def __init__(self, aircraft: Aircraft | None, dt: float) -> None:
@@ -170,18 +236,7 @@ def _window_mean(values: tuple[float, ...]) -> float:
 
 
 class ClimbObserver:
-    """Follows the rate of climb tick by tick.
-
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-
-    Attributes
-    ----------
-    climb : float
-        m/s; NaN where nothing tells it.
-    """
+    """Follows the rate of climb tick by tick; NaN where nothing tells it."""
 
     def __init__(self, dt: float) -> None:
         self._dt = dt
@@ -189,22 +244,16 @@ class ClimbObserver:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
         self._filter: TwoStateKalmanFilter | None = None
         self._lifts: deque[float] = deque([0.0] * self._lag, maxlen=self._lag)
         self._unseen = self._astray = 0.0
         self.climb = math.nan
 
     def step(self, height: float, climb_rate: float, lift: float) -> None:
-        """Go on by one tick.
+        """Go on by one tick; NaN where missing.
 
-        Parameters
-        ----------
-        height, climb_rate : float
-            As they were `CUES.slow_channel_delay` ago, m and m/s; NaN, as what follows, where
-            missing.
-        lift : float
-            Acceleration upwards now, m/s^2.
+        Height and rate of climb as they were `CUES.slow_channel_delay` ago; acceleration upwards
+        now.
         """
         dt = self._dt
         before = self._lifts[0]
@@ -251,17 +300,7 @@ _BANK_SIGNS: Final = ("turn rate", "rate of roll", "lateral acceleration", "beta
 class MotionEstimator:
     """Knows the motion tick by tick.
 
-    Parameters
-    ----------
-    dt : float
-        Between ticks, s.
-
-    Attributes
-    ----------
-    fast_rates : tuple of float
-        p, q, r over the last 0.3 s, rad/s.
-    bank_sources : tuple of str
-        What tells the bank, in words.
+    `fast_rates` are p, q, r over the last 0.3 s; `bank_sources` what tells the bank, in words.
     """
 
     def __init__(self, aircraft: Aircraft | None, dt: float, tolerances: TrimTolerances) -> None:

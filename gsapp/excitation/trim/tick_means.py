@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.trim.settings import TRIM
+from gsapp.excitation.settings import TRIM
 from gsapp.quantities import BoolArray, FloatArray, channel
 
 TICK_CHANNELS: Final = (
@@ -29,20 +29,7 @@ _SPARES: Final = {name: (f"{name}.2", f"{name}.3") for name in ("p", "q", "r")}
 
 
 class TickMeans:
-    """Averages rows over ticks.
-
-    Parameters
-    ----------
-    tick : int
-        Rows in a tick.
-    dt : float
-        Length of a tick, s.
-
-    Attributes
-    ----------
-    invalid_channels : frozenset of str
-        Channels that others found not to be trusted; read as missing.
-    """
+    """Averages rows over ticks, without the channels that others found not to be trusted."""
 
     def __init__(self, tick: int, dt: float) -> None:
         self._tick = tick
@@ -51,20 +38,11 @@ class TickMeans:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what the rows before held."""
         self._last = np.full(TRIM.fast_channels, np.nan)
         self._same = np.zeros(TRIM.fast_channels, dtype=np.int64)
 
     def average_rows(self, rows: FlightRows) -> tuple[FloatArray, list[tuple[str, ...]]]:
-        """Return the mean of each whole tick, and which channels were stuck then.
-
-        Returns
-        -------
-        means : ndarray, shape (n, len(SEEN))
-            NaN where missing, or stuck, or not to be trusted.
-        stuck : list of tuple of str
-            For each tick.
-        """
+        """Return the means of whole ticks, shape (n, len(TICK_CHANNELS)), and which were stuck."""
         tick, count = self._tick, len(rows) // self._tick
         values = self._read(rows)[: count * tick]
         still = self._still(values[:, : TRIM.fast_channels], count)

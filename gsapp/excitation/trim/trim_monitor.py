@@ -13,16 +13,18 @@ from collections.abc import Sequence
 
 from gsapp.aircraft import Aircraft
 from gsapp.excitation.flight_rows import FlightRows
-from gsapp.excitation.settings import CUES
+from gsapp.excitation.settings import CUES, TRIM
 from gsapp.excitation.test_points.point import TestPoint
 from gsapp.excitation.trim.motion_estimator import MotionEstimator
-from gsapp.excitation.trim.settings import TRIM
 from gsapp.excitation.trim.tick_means import TickMeans
-from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
-from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
-from gsapp.excitation.trim.trim_evaluation import (
+from gsapp.excitation.trim.trim_cue import (
     ATTITUDE_SOURCE,
+    DEFAULT_TOLERANCES,
     MeanMotion,
+    TrimCue,
+    TrimDeviation,
+    TrimState,
+    TrimTolerances,
     average_motion,
     evaluate_trim,
     list_sources,
@@ -31,15 +33,7 @@ from gsapp.excitation.trim.trim_evaluation import (
 
 
 class StateHysteresis:
-    """Keeps the state until another one has been wanted for long enough.
-
-    Attributes
-    ----------
-    state : str
-        See `gsapp.excitation.trim.trim_cue.TrimState`.
-    since : float
-        Flight time, s.
-    """
+    """Keeps the state until another one has been wanted for long enough."""
 
     def __init__(self, state: TrimState, time: float) -> None:
         self.state: TrimState = state
@@ -48,17 +42,7 @@ class StateHysteresis:
         self._wished_since = time
 
     def step(self, time: float, wanted: TrimState, *, lost: bool) -> bool:
-        """Go on to a time; return whether the state changed.
-
-        Parameters
-        ----------
-        time : float
-            Flight time, s.
-        wanted : str
-            What the state would be at this moment.
-        lost : bool
-            Whether GO must not stand any longer.
-        """
+        """Go on to a time; return whether the state changed. Once lost, GO does not stand."""
         if wanted != self._wish:
             self._wish, self._wished_since = wanted, time
         if wanted == self.state:
@@ -76,23 +60,10 @@ class StateHysteresis:
 class TrimMonitor:
     """Follows a flight and says whether an input may begin.
 
-    Parameters
-    ----------
-    aircraft : Aircraft or None
-        Without one, alpha is taken as its vane shows it, and an airspeed of 12 m/s is flight.
-    rate : float
-        Of the rows, Hz.
-
-    Attributes
-    ----------
-    cue : TrimCue or None
-        The latest; None before the first tick.
-
-    Notes
-    -----
-    At 1 g the airspeed fixes the angle of attack. So alpha is judged only where it is measured.
-    The vane's reading is put back to the center of gravity for upwash, pitch and roll rate; what
-    its calibration leaves is far within the tolerance of a test point.
+    At 1 g the airspeed fixes the angle of attack. So alpha is judged only where it is measured. The
+    vane's reading is put back to the center of gravity for upwash, pitch and roll rate; what its
+    calibration leaves is far within the tolerance of a test point. Without an aircraft, alpha is
+    taken as its vane shows it, and an airspeed of 12 m/s is flight.
     """
 
     def __init__(
@@ -132,7 +103,6 @@ class TrimMonitor:
 
     @property
     def changes(self) -> tuple[TrimCue, ...]:
-        """Return one cue for each change of state since the flight began."""
         return tuple(self._changes)
 
     # What others know -----------------------------------------------------------------
@@ -280,7 +250,6 @@ class TrimMonitor:
         return off[0].tolerance_ratio if off else 0.0
 
     def _look_at_the_air(self, time: float) -> None:
-        """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
         self._rough = roughness > (TRIM.calm_share if self._rough else 1.0)
         self._calm_for = self._calm_for + self._dt if roughness < TRIM.calm_share else 0.0

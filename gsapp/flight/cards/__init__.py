@@ -2,24 +2,20 @@
 
 from gsapp.flight.cards.card import (
     SHIPPED_CARDS,
+    CardProgress,
     CardSet,
+    CardSetProgress,
     TestCard,
     Tolerance,
+    compare_with_card,
     load_cards,
+    match_cards,
     save_cards,
     shipped_cards,
-)
-from gsapp.flight.cards.card_matching import (
-    Attempt,
-    CardProgress,
-    CardSetProgress,
-    compare_with_card,
-    match_cards,
 )
 
 __all__ = [
     "SHIPPED_CARDS",
-    "Attempt",
     "CardProgress",
     "CardSet",
     "CardSetProgress",

@@ -9,10 +9,8 @@ from gsapp.flight.catalog.campaign_runs import (
     store_campaign_run,
     store_model,
     store_run,
-    store_weights,
     update_campaign_run,
 )
-from gsapp.flight.catalog.catalog_export import export_catalog, maneuvers_csv, table_csv
 from gsapp.flight.catalog.entries import (
     add_entry,
     store_entry,
@@ -21,9 +19,8 @@ from gsapp.flight.catalog.entries import (
     store_maneuvers,
 )
 from gsapp.flight.catalog.queries import (
-    get_model,
-    get_weights,
     list_flights,
+    maneuvers_csv,
     search_maneuvers,
     search_runs,
 )
@@ -31,13 +28,11 @@ from gsapp.flight.catalog.records import (
     CampaignRun,
     CardScore,
     EstimationRun,
-    FlightCondition,
     FlightEntry,
     StoredEstimate,
     StoredManeuver,
     StoredModel,
     StoredVerdict,
-    compute_conditions,
 )
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.catalog.verdicts import list_card_scores, search_verdicts, store_debrief
@@ -47,19 +42,14 @@ __all__ = [
     "CardScore",
     "Catalog",
     "EstimationRun",
-    "FlightCondition",
     "FlightEntry",
     "StoredEstimate",
     "StoredManeuver",
     "StoredModel",
     "StoredVerdict",
     "add_entry",
-    "compute_conditions",
     "delete_campaign_run",
-    "export_catalog",
     "get_campaign_run",
-    "get_model",
-    "get_weights",
     "list_campaign_runs",
     "list_card_scores",
     "list_flights",
@@ -77,7 +67,5 @@ __all__ = [
     "store_maneuvers",
     "store_model",
     "store_run",
-    "store_weights",
-    "table_csv",
     "update_campaign_run",
 ]

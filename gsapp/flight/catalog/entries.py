@@ -5,20 +5,23 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Final
 
 from gsapp.flight.catalog.records import FlightCondition, FlightEntry
-from gsapp.flight.catalog.row_ids import (
-    finite_or_none,
+from gsapp.flight.catalog.store import (
+    Catalog,
     flight_row_id,
+    insert_row,
     maneuver_row_id,
     to_json_text,
     utc_timestamp,
 )
-from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.flight import Flight
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
 from gsapp.foundation import FlightError
+
+_MANEUVER_COLUMNS: Final = ("t_start", "t_end", "kind", "amplitude", "note")
 
 
 def store_flight(catalog: Catalog, flight: Flight, *, aircraft: str = "") -> int:
@@ -37,14 +40,10 @@ def store_maneuvers(
 ) -> None:
     """Store the maneuvers of a flight with their conditions and grades, all or none.
 
-    Those of the same id are renewed. Others of this flight that are not among them no longer
-    stand: searches leave them out, but what was estimated from them keeps its origin.
-
-    Parameters
-    ----------
-    graded_by : str
-        Who gave the grades that the crew did not give. A grade that a person gave by
-        `store_grade` is not overruled by these.
+    Those of the same id are renewed. Others of this flight that are not among them no longer stand:
+    searches leave them out, but what was estimated from them keeps its origin. `graded_by` gave the
+    grades that the crew did not give; they do not overrule those that a person gave by
+    `store_grade`.
     """
     store_entry(
         catalog, FlightEntry.from_flight(flight, maneuvers, aircraft=aircraft), graded_by=graded_by
@@ -73,13 +72,8 @@ def store_entry(catalog: Catalog, entry: FlightEntry, *, graded_by: str = "progr
 def add_entry(catalog: Catalog, entry: FlightEntry) -> tuple[str, ...]:
     """Store those maneuvers of a flight that the catalog lacks; return what each is called there.
 
-    What the catalog has stays as it is. A maneuver whose id stands there for another stretch of
-    the flight gets its times for a name, and searches leave it out.
-
-    Parameters
-    ----------
-    entry : FlightEntry
-        Not all of the flight's maneuvers, or named by hand.
+    What the catalog has stays as it is. A maneuver whose id stands there for another stretch of the
+    flight gets its times for a name, and searches leave it out.
     """
     with catalog.transaction() as connection:
         number = _flight(connection, entry)
@@ -115,15 +109,7 @@ def _insert_maneuver(
 def store_grade(
     catalog: Catalog, flight: str, name: str, grade: str, reasons: Sequence[str] = (), *, by: str
 ) -> None:
-    """Give a maneuver another grade; former ones stay in the history.
-
-    Raises
-    ------
-    FlightError
-        If there is no such grade.
-    UnknownNameError
-        If the catalog has no such maneuver.
-    """
+    """Give a maneuver another grade; former ones stay in the history."""
     if grade not in GRADES:
         raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
     with catalog.transaction() as connection:
@@ -131,68 +117,41 @@ def store_grade(
 
 
 def _flight(connection: sqlite3.Connection, flight: FlightEntry) -> int:
-    info = flight.info
-    facts: dict[str, Any] = {}
-    if info is not None:
-        facts = info.model_dump(
-            mode="json", include={"weather", "crew", "source", "channel_map", "versions"}
-        )
-    connection.execute(
-        """INSERT INTO flights (name, path, date, aircraft, duration, takeoff_weight,
-            landing_weight, fuel, notes, pilot_comments, facts)
-        VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
-        ON CONFLICT (name) DO UPDATE SET path = excluded.path, date = excluded.date,
-            aircraft = excluded.aircraft, duration = excluded.duration,
-            takeoff_weight = excluded.takeoff_weight, landing_weight = excluded.landing_weight,
-            fuel = excluded.fuel, notes = excluded.notes,
-            pilot_comments = excluded.pilot_comments, facts = excluded.facts""",
-        (
-            flight.name,
-            str(flight.path),
-            None if info is None or info.date is None else info.date.isoformat(),
-            flight.aircraft,
-            flight.duration,
-            None if info is None else info.takeoff_weight,
-            None if info is None else info.landing_weight,
-            None if info is None else info.fuel,
-            "" if info is None else info.notes,
-            "" if info is None else info.pilot_comments,
-            to_json_text(facts),
-        ),
-    )
+    info = flight.info or FlightInfo()
+    known = ("takeoff_weight", "landing_weight", "fuel", "notes", "pilot_comments")
+    facts = {"weather", "crew", "source", "channel_map", "versions"}
+    values = {
+        "name": flight.name,
+        "path": str(flight.path),
+        "date": info.date.isoformat() if info.date else None,
+        "aircraft": flight.aircraft,
+        "duration": flight.duration,
+        **{name: getattr(info, name) for name in known},
+        "facts": info.model_dump(mode="json", include=facts) if flight.info else {},
+    }
+    insert_row(connection, "flights", values, key=("name",))
     return flight_row_id(connection, flight.name)
 
 
 def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: DetectedManeuver) -> int:
-    connection.execute(
-        """INSERT INTO maneuvers (flight, name, t_start, t_end, kind, amplitude, note, record)
-        VALUES (?, ?, ?, ?, ?, ?, ?, ?)
-        ON CONFLICT (flight, name) DO UPDATE SET t_start = excluded.t_start,
-            t_end = excluded.t_end, kind = excluded.kind, amplitude = excluded.amplitude,
-            note = excluded.note, record = excluded.record, stands = 1""",
-        (
-            flight,
-            maneuver.id,
-            maneuver.t_start,
-            maneuver.t_end,
-            maneuver.kind,
-            finite_or_none(maneuver.amplitude),
-            maneuver.note,
-            to_json_text(maneuver.to_record()),
-        ),
-    )
+    values = {
+        "flight": flight,
+        "name": maneuver.id,
+        **{name: getattr(maneuver, name) for name in _MANEUVER_COLUMNS},
+        "record": maneuver.to_record(),
+        "stands": 1,
+    }
+    insert_row(connection, "maneuvers", values, key=("flight", "name"))
     row = connection.execute(
         "SELECT id FROM maneuvers WHERE flight = ? AND name = ?", (flight, maneuver.id)
     ).fetchone()
     number = int(row["id"])
     connection.execute("DELETE FROM inputs WHERE maneuver = ?", (number,))
-    connection.executemany(
-        "INSERT INTO inputs (maneuver, surface, amplitude) VALUES (?, ?, ?)",
-        [
-            (number, surface, finite_or_none(maneuver.amplitudes.get(surface)))
-            for surface in maneuver.inputs
-        ],
-    )
+    for surface in maneuver.inputs:
+        size = maneuver.amplitudes.get(surface)
+        insert_row(
+            connection, "inputs", {"maneuver": number, "surface": surface, "amplitude": size}
+        )
     return number
 
 
@@ -216,8 +175,5 @@ def _get_latest_grade(connection: sqlite3.Connection, maneuver: int) -> sqlite3.
 def _grade(
     connection: sqlite3.Connection, maneuver: int, grade: str, reasons: Iterable[str], by: str
 ) -> None:
-    connection.execute(
-        """INSERT INTO grades (maneuver, grade, reasons, given_by, given_at)
-        VALUES (?, ?, ?, ?, ?)""",
-        (maneuver, grade, to_json_text(list(reasons)), by, utc_timestamp()),
-    )
+    values = {"maneuver": maneuver, "grade": grade, "reasons": list(reasons)}
+    insert_row(connection, "grades", {**values, "given_by": by, "given_at": utc_timestamp()})

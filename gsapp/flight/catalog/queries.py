@@ -1,23 +1,24 @@
-"""Finding maneuvers, runs and models in a catalog."""
+"""Finding maneuvers, runs and models in a catalog; a catalog for other programs."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
 from gsapp.flight.catalog.records import (
+    CONDITION_CHANNELS,
     EstimationRun,
     FlightCondition,
     StoredEstimate,
     StoredManeuver,
-    StoredModel,
 )
-from gsapp.flight.catalog.store import Catalog
+from gsapp.flight.catalog.store import Catalog, select_where
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
-from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation import FlightError
 
 _NOT_DELETED: Final = """(r.kept IS NULL
     OR r.kept IN (SELECT id FROM kept_runs WHERE forgotten_at IS NULL))"""
@@ -54,23 +55,21 @@ def search_maneuvers(
     """
     if worst_grade not in GRADES:
         raise FlightError(f"there is no grade '{worst_grade}'; grades are {', '.join(GRADES)}")
-    wanted, values = ["m.stands = 1"], []
-    for clause, value in (("f.name = ?", flight), ("m.kind = ?", kind)):
-        if value is not None:
-            wanted.append(clause)
-            values.append(value)
-    if text is not None:
-        wanted.append("instr(lower(m.note), lower(?)) > 0")
-        values.append(text)
-    wanted.append("g.grade <= ?")
-    values.append(worst_grade)
+    wanted, values = select_where(
+        {
+            "f.name = ?": flight,
+            "m.kind = ?": kind,
+            "instr(lower(m.note), lower(?)) > 0": text,
+            "g.grade <= ?": worst_grade,
+        }
+    )
     rows = catalog.query(
         f"""SELECT m.id, f.name AS flight, m.record, g.grade, g.reasons, g.given_by,
             (SELECT v.result FROM verdicts v WHERE v.flight = m.flight
             AND v.t_input >= m.t_start AND v.t_input < m.t_end ORDER BY v.t_input LIMIT 1) AS said
         FROM maneuvers m JOIN flights f ON f.id = m.flight
         JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
-        WHERE {" AND ".join(wanted)} ORDER BY f.name, m.t_start""",  # noqa: S608 - own clauses
+        WHERE m.stands = 1 AND {wanted} ORDER BY f.name, m.t_start""",  # noqa: S608 - own clauses
         values,
     )
     states = _by_maneuver(catalog)
@@ -111,69 +110,25 @@ def search_runs(
 ) -> tuple[EstimationRun, ...]:
     """Return the estimations that fit, the oldest first; not those of runs that were forgotten.
 
-    Parameters
-    ----------
-    flight : str, optional
-        That a maneuver of it took part in.
-    derivative : str, optional
-        That it has a value for.
-    kept : int, optional
-        Number of the kept run that it is part of.
+    A maneuver of `flight` took part, `derivative` has a value, and they are part of the campaign
+    run of the number `kept`.
     """
-    wanted, values = [_NOT_DELETED], []
-    for clause, value in (
-        ("r.kept = ?", kept),
-        ("r.method = ?", method),
-        ("r.axis = ?", axis),
-        (
+    wanted, values = select_where(
+        {
+            "r.kept = ?": kept,
+            "r.method = ?": method,
+            "r.axis = ?": axis,
             """r.id IN (SELECT rm.run FROM run_maneuvers rm JOIN maneuvers m ON m.id = rm.maneuver
-            JOIN flights f ON f.id = m.flight WHERE f.name = ?)""",
-            flight,
-        ),
-        ("r.id IN (SELECT run FROM estimates WHERE name = ? AND value IS NOT NULL)", derivative),
-    ):
-        if value is not None:
-            wanted.append(clause)
-            values.append(value)
+            JOIN flights f ON f.id = m.flight WHERE f.name = ?)""": flight,
+            "r.id IN (SELECT run FROM estimates WHERE name = ? AND value IS NOT NULL)": derivative,
+        }
+    )
     rows = catalog.query(
         f"""SELECT r.*, o.name AS model_name FROM runs r LEFT JOIN models o ON o.id = r.model
-        WHERE {" AND ".join(wanted)} ORDER BY r.id""",  # noqa: S608 - own clauses
+        WHERE {_NOT_DELETED} AND {wanted} ORDER BY r.id""",  # noqa: S608 - own clauses
         values,
     )
     return tuple(_run(catalog, row) for row in rows)
-
-
-def get_weights(catalog: Catalog, flight: str) -> dict[str, float]:
-    """Return the response weights of a flight; empty where none were stored."""
-    rows = catalog.query(
-        """SELECT w.response, w.weight FROM weights w JOIN flights f ON f.id = w.flight
-        WHERE f.name = ? ORDER BY w.response""",
-        (flight,),
-    )
-    return {row["response"]: float(row["weight"]) for row in rows}
-
-
-def get_model(catalog: Catalog, name: str) -> StoredModel:
-    """Return a stored model.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is none of that name.
-    """
-    rows = catalog.query("SELECT * FROM models WHERE name = ?", (name,))
-    if not rows:
-        stored = [row["name"] for row in catalog.query("SELECT name FROM models ORDER BY name")]
-        hint = did_you_mean(name, stored, f"it has {', '.join(stored) or 'none'}")
-        raise UnknownNameError(f"the catalog {catalog.path} has no model '{name}'; {hint}")
-    row = rows[0]
-    return StoredModel(
-        name=row["name"],
-        content=row["content"],
-        parent=row["parent"],
-        evidence=row["evidence"],
-        made_at=row["made_at"],
-    )
 
 
 def list_flights(catalog: Catalog) -> tuple[str, ...]:
@@ -192,19 +147,13 @@ def _run(catalog: Catalog, row: Any) -> EstimationRun:
     estimates = catalog.query("SELECT * FROM estimates WHERE run = ? ORDER BY rowid", (row["id"],))
     return EstimationRun(
         id=row["id"],
-        method=row["method"],
-        axis=row["axis"],
         maneuvers=tuple((one["flight"], one["name"]) for one in maneuvers),
         edges=tuple((one["t_start"], one["t_end"]) for one in maneuvers),
         campaign_run_id=row["kept"],
         estimates={
             one["name"]: StoredEstimate(
-                value=one["value"],
-                std=one["std"],
-                cramer_rao=one["cramer_rao"],
-                status=one["status"],
                 confounded_with=tuple(_parsed(catalog, one["confounded_with"])),
-                why=one["why"],
+                **{key: one[key] for key in ("value", "std", "cramer_rao", "status", "why")},
             )
             for one in estimates
         },
@@ -212,10 +161,8 @@ def _run(catalog: Catalog, row: Any) -> EstimationRun:
         fit=_parsed(catalog, row["fit"]),
         model=row["model_name"],
         converged=bool(row["converged"]),
-        iterations=row["iterations"],
         warnings=tuple(_parsed(catalog, row["warnings"])),
-        message=row["message"],
-        made_at=row["made_at"],
+        **{key: row[key] for key in ("method", "axis", "iterations", "message", "made_at")},
     )
 
 
@@ -253,3 +200,29 @@ def _parsed(catalog: Catalog, text: str) -> Any:
         raise FlightError(
             f"an entry of the catalog {catalog.path} is damaged ({error}); restore a copy"
         ) from error
+
+
+def maneuvers_csv(found: Sequence[StoredManeuver]) -> str:
+    """Return what a search gave as CSV: one line for each maneuver, conditions as columns."""
+    channels = [name for name in CONDITION_CHANNELS if any(name in one.conditions for one in found)]
+    columns = ["flight", "id", "t_start", "t_end", "inputs", "kind", "amplitude", "grade"]
+    columns += ["reasons", "verdict", "note", *channels]
+    rows = []
+    for one in found:
+        maneuver = one.maneuver
+        rows.append(
+            {
+                **maneuver.to_json(),
+                "flight": one.flight,
+                "inputs": "+".join(maneuver.inputs),
+                "reasons": "; ".join(maneuver.reasons),
+                "verdict": one.verdict,
+                "note": maneuver.note,
+                **{name: one.conditions[name].mean for name in channels if name in one.conditions},
+            }
+        )
+    table = io.StringIO()
+    writer = csv.DictWriter(table, columns, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return table.getvalue()

@@ -171,20 +171,3 @@ _CAMPAIGN_RUNS: Final = (
 
 MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _CAMPAIGN_RUNS)
 """Statements of each step, oldest first."""
-
-TABLES: Final = (
-    "flights",
-    "weights",
-    "maneuvers",
-    "inputs",
-    "conditions",
-    "grades",
-    "models",
-    "kept_runs",
-    "runs",
-    "run_maneuvers",
-    "estimates",
-    "verdicts",
-    "scores",
-)
-"""In an order in which each refers only to earlier ones."""

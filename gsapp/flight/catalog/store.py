@@ -3,15 +3,97 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import math
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
 from gsapp.flight.catalog import schema
 from gsapp.flight.settings import FLIGHT_DATA
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, UnknownNameError
+
+
+def flight_row_id(connection: sqlite3.Connection, name: str) -> int:
+    """Return the number of a flight."""
+    row = connection.execute("SELECT id FROM flights WHERE name = ?", (name,)).fetchone()
+    if row is None:
+        raise UnknownNameError(f"the catalog has no flight '{name}'; store it first")
+    return int(row["id"])
+
+
+def maneuver_row_id(connection: sqlite3.Connection, flight: str, name: str) -> int:
+    """Return the number of a maneuver; see `flight_row_id`."""
+    number = flight_row_id(connection, flight)
+    row = connection.execute(
+        "SELECT id FROM maneuvers WHERE flight = ? AND name = ?", (number, name)
+    ).fetchone()
+    if row is None:
+        raise UnknownNameError(
+            f"the catalog has no maneuver '{name}' of the flight '{flight}'; store it first"
+        )
+    return int(row["id"])
+
+
+def model_row_id(connection: sqlite3.Connection, name: str | None) -> int | None:
+    """Return the number of a model, None for none; see `flight_row_id`."""
+    if name is None:
+        return None
+    row = connection.execute("SELECT id FROM models WHERE name = ?", (name,)).fetchone()
+    if row is None:
+        raise UnknownNameError(f"the catalog has no model '{name}'; store it first")
+    return int(row["id"])
+
+
+def to_json_text(content: Any) -> str:
+    """Return what JSON can hold as text."""
+    try:
+        return json.dumps(
+            dict(content) if isinstance(content, Mapping) else content,
+            ensure_ascii=False,
+            allow_nan=False,
+        )
+    except (TypeError, ValueError) as error:
+        raise FlightError(
+            f"the catalog cannot hold {content!r} ({error}); give numbers, texts, lists and tables"
+        ) from error
+
+
+def insert_row(
+    connection: sqlite3.Connection, table: str, values: Mapping[str, Any], key: Sequence[str] = ()
+) -> int:
+    """Insert a row, or renew the one with the same values in the columns of `key`; return its id.
+
+    Of `values`, by column, tables and lists are written as JSON, numbers that are none as NULL.
+    """
+    names = ", ".join(values)
+    # Names of tables and columns are the program's own.
+    statement = f"INSERT INTO {table} ({names}) VALUES ({', '.join('?' * len(values))})"  # noqa: S608
+    if key:
+        changes = ", ".join(f"{name} = excluded.{name}" for name in values if name not in key)
+        statement += f" ON CONFLICT ({', '.join(key)}) DO UPDATE SET {changes}"
+    return int(connection.execute(statement, [*map(_column, values.values())]).lastrowid or 0)
+
+
+def _column(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return to_json_text(value) if isinstance(value, (Mapping, list, tuple)) else value
+
+
+def select_where(clauses: Mapping[str, Any]) -> tuple[str, list[Any]]:
+    """Return an SQL condition and its values from clauses; those of None do not count."""
+    given = {clause: value for clause, value in clauses.items() if value is not None}
+    return " AND ".join(given) or "1", list(given.values())
+
+
+def utc_timestamp() -> str:
+    """Return the present time, UTC, as a catalog writes it."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
 
 _PRIMARY: Final = 0xFF
 """Bits of an error's code that tell its kind."""
@@ -20,18 +102,9 @@ _PRIMARY: Final = 0xFF
 class Catalog:
     """One SQLite file: the maneuvers of a campaign and what was learned from them.
 
-    Several programs may use it at once. A reader never waits; writers take turns. One that may
-    not be written, on a locked card or a colleague's share, can be read all the same.
-
-    Parameters
-    ----------
-    path : Path or str
-        Made if it does not exist.
-
-    Raises
-    ------
-    FlightError
-        If the file is no catalog, damaged, newer than this program, or cannot be used.
+    Several programs may use it at once. A reader never waits; writers take turns. One that may not
+    be written, on a locked card or a colleague's share, can be read all the same. A file that does
+    not exist is made; one that is no catalog, damaged or newer than this program is refused.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -90,7 +163,6 @@ class Catalog:
             self.path.unlink()
 
     def close(self) -> None:
-        """Close the file. May be called twice."""
         self._connection.close()
 
     def __enter__(self) -> Self:
@@ -106,7 +178,6 @@ class Catalog:
 
     @property
     def version(self) -> int:
-        """Return the version of the tables in the file."""
         return int(self.query("PRAGMA user_version")[0][0])
 
     def query(self, statement: str, values: Sequence[Any] = ()) -> list[sqlite3.Row]:
@@ -115,15 +186,7 @@ class Catalog:
 
     @contextlib.contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection within one transaction: all is written, or nothing.
-
-        Within another, it is part of that one.
-
-        Raises
-        ------
-        FlightError
-            If the file cannot be written; nothing is then changed.
-        """
+        """Give the connection within one transaction, or within that under way: all or nothing."""
         if self._connection.in_transaction:
             yield self._connection
             return

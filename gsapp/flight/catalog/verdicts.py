@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from typing import Final
 
 from gsapp.flight.catalog.entries import store_flight
 from gsapp.flight.catalog.records import CardScore, StoredVerdict
-from gsapp.flight.catalog.store import Catalog
+from gsapp.flight.catalog.store import Catalog, insert_row, select_where
 from gsapp.flight.flight import Flight
 from gsapp.foundation import FlightError
+
+_VERDICT_COLUMNS: Final = ("name", "t_input", "t_end", "kind", "V", "result", "advice", "card")
 
 
 def store_debrief(
@@ -24,38 +27,20 @@ def store_debrief(
     *,
     aircraft: str = "",
 ) -> None:
-    """Store all that was said of a flight's inputs, in place of what was stored before.
-
-    Raises
-    ------
-    FlightError
-        If the catalog cannot be written, or a record is not JSON.
-    """
+    """Store all that was said of a flight's inputs, in place of what was stored before."""
     number = store_flight(catalog, flight, aircraft=aircraft)
     with catalog.transaction() as connection:
         connection.execute("DELETE FROM verdicts WHERE flight = ?", (number,))
         connection.execute("DELETE FROM scores WHERE flight = ?", (number,))
-        connection.executemany(
-            """INSERT INTO verdicts (flight, name, t_input, t_end, surfaces, kind, V, result,
-                advice, card, counts, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)""",
-            [
-                (
-                    number,
-                    one.name,
-                    one.t_input,
-                    one.t_end,
-                    "+".join(one.surfaces),
-                    one.kind,
-                    one.V,
-                    one.result,
-                    one.advice,
-                    one.card,
-                    one.is_counted,
-                    _json(one),
-                )
-                for one in verdicts
-            ],
-        )
+        for one in verdicts:
+            values = {
+                "flight": number,
+                **{name: getattr(one, name) for name in _VERDICT_COLUMNS},
+                "surfaces": "+".join(one.surfaces),
+                "counts": one.is_counted,
+                "record": _json(one),
+            }
+            insert_row(connection, "verdicts", values)
         connection.executemany(
             """INSERT INTO scores (flight, card, place, heading, good, flown, wanted)
             VALUES (?, ?, ?, ?, ?, ?, ?)""",
@@ -73,18 +58,10 @@ def search_verdicts(
     result: str | None = None,
     card: str | None = None,
 ) -> tuple[StoredVerdict, ...]:
-    """Return the verdicts that fit, by date of the flight and time.
-
-    Parameters
-    ----------
-    flight, result, card : str, optional
-        Name of the flight, ``good`` and the like, id of the card.
-    """
-    wanted, values = ["1"], []
-    for clause, value in (("f.name = ?", flight), ("v.result = ?", result), ("v.card = ?", card)):
-        if value is not None:
-            wanted.append(clause)
-            values.append(value)
+    """Return the verdicts that fit, by date of the flight and time."""
+    wanted, values = select_where(
+        {"f.name = ?": flight, "v.result = ?": result, "v.card = ?": card}
+    )
     rows = catalog.query(
         f"""SELECT v.*, f.name AS flight_name, m.name AS maneuver, g.grade, g.given_by
         FROM verdicts v JOIN flights f ON f.id = v.flight
@@ -92,22 +69,15 @@ def search_verdicts(
             AND stands = 1 AND t_start <= v.t_input AND v.t_input < t_end
             ORDER BY t_start DESC LIMIT 1)
         LEFT JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
-        WHERE {" AND ".join(wanted)}
+        WHERE {wanted}
         ORDER BY f.date IS NULL, f.date, f.name, v.t_input""",  # noqa: S608 - own clauses
         values,
     )
     return tuple(
         StoredVerdict(
             flight=row["flight_name"],
-            name=row["name"],
-            t_input=row["t_input"],
-            t_end=row["t_end"],
+            **{name: row[name] for name in _VERDICT_COLUMNS},
             surfaces=tuple(row["surfaces"].split("+")),
-            kind=row["kind"],
-            V=row["V"],
-            result=row["result"],
-            advice=row["advice"],
-            card=row["card"],
             is_counted=bool(row["counts"]),
             record=_parsed(catalog, row["record"]),
             maneuver=row["maneuver"] or "",

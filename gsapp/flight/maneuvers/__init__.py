@@ -8,7 +8,6 @@ from gsapp.flight.maneuvers.detected_maneuver import (
     Grade,
 )
 from gsapp.flight.maneuvers.detection import ManeuverDetector, detect_maneuvers, run_detector
-from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.flight_maneuvers import (
     FlightManeuvers,
     ManeuverAssessor,
@@ -16,13 +15,16 @@ from gsapp.flight.maneuvers.flight_maneuvers import (
     apply_verdicts,
     collect_maneuvers,
     explain_no_maneuvers,
-    list_maneuvers,
     parse_maneuver_windows,
     read_recorded_verdicts,
     surface_remarks,
     uncalibrated_text,
 )
-from gsapp.flight.maneuvers.maneuver_list import EditableManeuverList, ManeuverEdit
+from gsapp.flight.maneuvers.maneuver_list import (
+    EditableManeuverList,
+    ManeuverEditLog,
+    apply_edits,
+)
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 
 __all__ = [
@@ -35,7 +37,6 @@ __all__ = [
     "Grade",
     "ManeuverAssessor",
     "ManeuverDetector",
-    "ManeuverEdit",
     "ManeuverEditLog",
     "NoiseFloor",
     "RecordedVerdict",
@@ -44,7 +45,6 @@ __all__ = [
     "collect_maneuvers",
     "detect_maneuvers",
     "explain_no_maneuvers",
-    "list_maneuvers",
     "parse_maneuver_windows",
     "read_recorded_verdicts",
     "run_detector",

@@ -21,22 +21,10 @@ from gsapp.quantities.constants import GRAVITY
 
 
 class AirborneDetector:
-    """Follows one flight.
+    """Follows one flight: whether it is airborne, since when, and what told it, in words.
 
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Its stall speed, else wing area and mass, tell how fast it must be to fly.
-
-    Attributes
-    ----------
-    airborne : bool
-    since : float
-        When the present state began, s; ``-inf`` for a record that begins in it.
-    criterion : str
-        What told it, in words.
-    is_stationary : bool or None
-        Whether the airspeed says that it does not even roll; None where it does not tell.
+    `since` is ``-inf`` for a record that begins in the present state; `is_stationary` is whether
+    the airspeed says that it does not even roll, None where it does not tell.
     """
 
     def __init__(self, aircraft: Aircraft) -> None:
@@ -51,15 +39,7 @@ class AirborneDetector:
         self._rolling = DETECTION.standing_speed_ratio * flying_speed(aircraft)
 
     def add(self, time: float, means: FloatArray) -> None:
-        """Take in the means of a frame.
-
-        Parameters
-        ----------
-        time : float
-            Of its first sample, s.
-        means : ndarray, shape (len(SIGNALS),)
-            NaN where a channel had no sample.
-        """
+        """Take in the first time of a frame and the means of its signals."""
         speed = float(means[SIGNAL_COLUMNS["V"]])
         self._motion.add(means)
         self._speed.add(speed, moving=self._motion.turning)
@@ -105,7 +85,6 @@ class _SpeedCriterion:
 
     @property
     def distrusted(self) -> bool:
-        """Whether the airspeed was low for long while the aircraft turned in the air."""
         return self._contradicted >= DETECTION.frames_to_reject_airspeed
 
     def add(self, speed: float, *, moving: bool) -> None:
@@ -141,7 +120,6 @@ class _MotionCriterion:
 
     @property
     def turning(self) -> bool:
-        """Whether it rolls or pitches in this frame as wheels do not allow."""
         return bool(self._active) and self._active[-1]
 
     def add(self, means: FloatArray) -> None:

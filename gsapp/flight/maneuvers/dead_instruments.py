@@ -1,7 +1,11 @@
-"""Instruments that showed nothing but the end of their range, or nothing new: not measured.
+"""Instruments that clip, stand still, or showed nothing at all over a maneuver: not measured.
 
 A vane with a broken wire stands at one end for the whole maneuver. What the others measured is
-worth as much as if it had never been mounted.
+worth as much as if it had never been mounted. A potentiometer that is stuck still passes a
+converter, and its volts are corrected by a supply that is measured too: the last digits go on
+flickering. What lives has noise of its own, which reaches from end to end over several standard
+deviations within some dozen samples. So what moves by less than one of them shows neither the
+aircraft nor itself.
 """
 
 from __future__ import annotations
@@ -12,11 +16,50 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
-from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
+
+
+def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return the range (SI) of the instrument behind each channel that may clip."""
+    return {name: one.range for name, one in aircraft.sensors.by_channel.items()}
+
+
+def is_at_range_limit(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:
+    """Return which samples lie within 1 % of the range's width from either end."""
+    low, high = limits
+    margin = DETECTION.range_margin * (high - low)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((samples <= low + margin) | (samples >= high - margin), dtype=np.bool_)
+
+
+def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
+    """Return the noise (standard deviation, SI) of vanes, gyros and surfaces; or zero."""
+    sensors = aircraft.sensors
+    surfaces = (
+        "de",
+        "da",
+        "dr",
+        "rudder",
+        *(half for pair in SURFACE_HALVES.values() for half in pair),
+    )
+    return {
+        **{name: sensors.by_channel[name].noise for name in ("alpha", "beta", "p", "q", "r")},
+        **dict.fromkeys(surfaces, sensors.surfaces.noise),
+    }
+
+
+def is_stuck(samples: FloatArray, noise: float = 0.0) -> bool:
+    """Return whether samples, some dozen of them, move by less than their instrument's noise.
+
+    Where its standard deviation is not known (zero), only what is the same to the last bit stands
+    still.
+    """
+    return bool(
+        np.ptp(samples) <= max(noise, DETECTION.same_value_tolerance * float(np.abs(samples).max()))
+    )
+
 
 AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 """Channels that all come from the one probe."""
@@ -25,19 +68,10 @@ AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 def find_dead_instruments(
     samples: Callable[[str], FloatArray], aircraft: Aircraft
 ) -> dict[str, tuple[str, ...]]:
-    """Return the instruments that were dead over a maneuver.
+    """Return the instruments that were dead over a maneuver: in words, and their channels.
 
-    Parameters
-    ----------
-    samples : callable
-        Gives the samples (SI) of a channel within the maneuver, missing ones as NaN or left out;
-        empty or all NaN for a channel that there is not.
-    aircraft : Aircraft
-
-    Returns
-    -------
-    dict of str to tuple of str
-        In words what it is, and its channels: ``{"alpha": ("alpha",), "airspeed": AIRSPEED}``.
+    ``{"alpha": ("alpha",), "airspeed": AIRSPEED}``. `samples` gives those of a channel within the
+    maneuver, SI; empty or NaN where missing.
     """
     found: dict[str, tuple[str, ...]] = {}
     for name, limits in clipping_ranges(aircraft).items():

@@ -27,60 +27,41 @@ GRADED_BY_CREW: Final = "crew"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
-    """One maneuver of a flight, found in its record or named by hand.
-
-    Attributes
-    ----------
-    id : str
-        Within its flight; numbers in order of time where nobody named it.
-    t_start : float
-        First sample, s of flight time; about a second of trim comes before the input.
-    t_end : float
-        Last sample, s: the pilot took over again, or the answer has died down.
-    inputs : tuple of str
-        Surfaces moved, of ``de``, ``da``, ``dr``, in this order.
-    kind : str
-        Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``,
-        ``sweep``; ``none`` where no surface moved.
-    amplitude : float or None
-        Half the peak-to-peak deflection of the main input, rad; of a pulse its height. The main
-        one makes the quickest step, as a share of its travel.
-    grade : {"A", "B", "C", "D"}
-        See `GRADES`.
-    reasons : tuple of str
-        What the grade was lowered for, in words; empty for an A.
-    V : float or None
-        Airspeed at the start, m/s; None where not measured.
-    alpha : float or None
-        Angle of attack at the start, as measured at the vane, rad.
-    t_input, t_input_end : float
-        When the first surface began to move and when the last one was back, s.
-    amplitudes : mapping of str to float
-        Amplitude of each input, rad.
-    note : str
-        What a person wrote beside it.
-    graded_by : str
-        `GRADED_BY_PROGRAM` or `GRADED_BY_CREW`.
-    use : bool or None
-        Whether a person wants it in estimates; None leaves it to the grade.
-    """
+    """One maneuver of a flight, found in its record or named by hand."""
 
     id: str
+    """Within its flight; numbers in order of time where nobody named it."""
     t_start: float
+    """First sample, s of flight time; about a second of trim comes before the input."""
     t_end: float
+    """Last sample, s: the pilot took over again, or the answer has died down."""
     inputs: tuple[str, ...]
+    """Surfaces moved, of ``de``, ``da``, ``dr``, in this order."""
     kind: str
+    """Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``, ``sweep``;
+    ``none`` where no surface moved."""
     amplitude: float | None
+    """Half the peak-to-peak deflection of the main input, rad; of a pulse its height. The main one
+    makes the quickest step, as a share of its travel."""
     grade: Grade
+    """See `GRADES`."""
     reasons: tuple[str, ...] = ()
+    """What the grade was lowered for, in words; empty for an A."""
     V: float | None = None
+    """Airspeed at the start, m/s; None where not measured."""
     alpha: float | None = None
+    """Angle of attack at the start, as measured at the vane, rad."""
     t_input: float = math.nan
     t_input_end: float = math.nan
+    """When the first surface began to move and when the last one was back, s."""
     amplitudes: Mapping[str, float] = field(default_factory=dict)
+    """Amplitude of each input, rad."""
     note: str = ""
+    """What a person wrote beside it."""
     graded_by: str = GRADED_BY_PROGRAM
+    """`GRADED_BY_PROGRAM` or `GRADED_BY_CREW`."""
     use: bool | None = None
+    """Whether a person wants it in estimates; None leaves it to the grade."""
 
     def __eq__(self, other: object) -> bool:
         """Return whether all of it is the same; what is not known equals itself.
@@ -96,16 +77,9 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
     ) -> DetectedManeuver:
         """Return the maneuver graded no better than its verdict allows.
 
-        Only an input with the verdict good can be an A. A grade given by hand stays.
-
-        Parameters
-        ----------
-        result : str
-            As in `gsapp.excitation.doublets.verdict.InputVerdict`: ``good``, ``too-large`` ...
-        advice : str
-            In words; becomes a reason.
-        grade : {"A", "B", "C", "D"}, optional
-            Of the verdict.
+        Only an input with the verdict ``good`` can be an A, see
+        `gsapp.excitation.doublets.verdict`. A grade given by hand stays. The advice becomes a
+        reason.
         """
         verdict: Grade = "A" if result == "good" else "B"
         limit: Grade = max(grade or "A", verdict)
@@ -152,13 +126,7 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
 
     @staticmethod
     def from_record(record: object) -> DetectedManeuver:
-        """Return the maneuver that `to_record` made, or that a program wrote with less.
-
-        Raises
-        ------
-        FlightError
-            If it is none.
-        """
+        """Return the maneuver that `to_record` made, or that a program wrote with less."""
         if not isinstance(record, dict):
             raise FlightError("a stored maneuver is no JSON object; detect the maneuvers again")
         try:

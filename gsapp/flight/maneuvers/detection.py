@@ -45,43 +45,22 @@ from gsapp.quantities import Block, FloatArray
 
 @dataclass(slots=True)
 class _Candidate:
-    """Quick moves that may become a maneuver.
-
-    Attributes
-    ----------
-    moved : set of str
-        The surfaces.
-    first, last : float
-        Time of the first and of the last quick move, s.
-    strongest, strongest_at : float
-        The quickest move as a share of travel, and the end of its frame, s.
-    closed : bool
-        Whether the input is over and its answer awaited.
-    """
+    """Quick moves that may become a maneuver."""
 
     first: float
     last: float
+    """Time of the first and of the last quick move, s."""
     moved: set[str] = field(default_factory=set)
+    """The surfaces."""
     strongest: float = 0.0
     strongest_at: float = 0.0
+    """The quickest move as a share of travel, and the end of its frame, s."""
     closed: bool = False
+    """Whether the input is over and its answer awaited."""
 
 
 class ManeuverDetector:
-    """Finds maneuvers while samples come in.
-
-    Parameters
-    ----------
-    aircraft : Aircraft
-        Travel of the surfaces, stall speed, ranges of the instruments.
-    rate : float
-        Samples per second.
-
-    Raises
-    ------
-    FlightError
-        If there are too few samples per second to see an input.
-    """
+    """Finds maneuvers while samples come in, at least `DETECTION.min_sample_rate` a second."""
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
         if not (math.isfinite(rate) and rate >= DETECTION.min_sample_rate):
@@ -123,17 +102,14 @@ class ManeuverDetector:
 
     @property
     def maneuvers(self) -> tuple[DetectedManeuver, ...]:
-        """Return the maneuvers so far. The latest may yet turn out to be part of a landing."""
         return tuple(self._found)
 
     @property
     def noise(self) -> NoiseFloor:
-        """Return the noise floor of each channel as far as it is known."""
         return self._meter.floor
 
     @property
     def airborne(self) -> bool:
-        """Return whether the aircraft flies."""
         return self._watch.airborne
 
     def was_airborne(self, start: float, stop: float) -> bool:
@@ -142,13 +118,7 @@ class ManeuverDetector:
 
     @property
     def airborne_criterion(self) -> str:
-        """Return what tells whether it flies, in words."""
         return self._watch.criterion
-
-    @property
-    def is_input_active(self) -> bool:
-        """Return whether an input is being made, or its answer awaited."""
-        return self._candidate is not None
 
     # Samples --------------------------------------------------------------------------
 
@@ -173,13 +143,7 @@ class ManeuverDetector:
         """Nothing is left to do after the blocks of a step: all is drawn from whole frames."""
 
     def finish(self) -> tuple[DetectedManeuver, ...]:
-        """Draw conclusions from what came last; the flight is over.
-
-        Returns
-        -------
-        tuple of DetectedManeuver
-            All maneuvers, in order of time.
-        """
+        """Draw conclusions from what came last; return all maneuvers of the flight by time."""
         self._end_stretch()
         landing = self._watch.possible_landing_time
         if landing is not None:
@@ -299,7 +263,6 @@ class ManeuverDetector:
 
     @staticmethod
     def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
-        """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
         return candidate.closed or (
             idle >= DETECTION.input_end_pause and surfaces.isdisjoint(candidate.moved)
@@ -326,7 +289,6 @@ class ManeuverDetector:
             self._conclude()
 
     def _stretch(self, start: float) -> tuple[FloatArray, FloatArray]:
-        """Return times and rows from a time on."""
         kept = [frame for frame in self._frames if frame[0][-1] >= start]
         times = np.concatenate([frame[0] for frame in kept])
         rows = np.concatenate([frame[1] for frame in kept])
@@ -363,7 +325,6 @@ class ManeuverDetector:
         self._dismiss()
 
     def _dismiss(self) -> None:
-        """Take what was under way for steering."""
         self._learn(self._held)
         self._held = []
         self._candidate = None
@@ -450,7 +411,6 @@ def build_maneuver(
 
 
 def _drop_signals(passage: ManeuverSamples, names: Sequence[str]) -> ManeuverSamples:
-    """Return a passage in which some signals are missing."""
     gone = [SIGNAL_COLUMNS[name] for name in names if name in SIGNAL_COLUMNS]
     if not gone:
         return passage
@@ -460,19 +420,7 @@ def _drop_signals(passage: ManeuverSamples, names: Sequence[str]) -> ManeuverSam
 
 
 def detect_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[DetectedManeuver, ...]:
-    """Find the maneuvers of a whole flight.
-
-    Parameters
-    ----------
-    flight : Flight
-    aircraft : Aircraft
-        As that flight flew it.
-
-    Raises
-    ------
-    FlightError
-        If the flight has no samples, too few a second, or no surface was measured.
-    """
+    """Find the maneuvers of a whole flight, with the aircraft as that flight flew it."""
     return run_detector(flight, aircraft).finish()
 
 
@@ -485,13 +433,7 @@ def run_detector(flight: Flight, aircraft: Aircraft) -> ManeuverDetector:
 
 
 def check_detectable(flight: Flight) -> None:
-    """Refuse a flight in which no maneuver can be told.
-
-    Raises
-    ------
-    FlightError
-        With what is missing.
-    """
+    """Raise `FlightError` for a flight in which no maneuver can be told, with what is missing."""
     if len(flight.block) < 2:
         raise FlightError(f"the flight '{flight.name}' contains no samples")
     rows = extract_signals(flight.block)

@@ -15,9 +15,9 @@ from gsapp.flight.events import EventLog, convert_to_flown_clock, events_path, r
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
 from gsapp.flight.maneuvers.detection import build_maneuver, check_detectable, run_detector
-from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS, GradingContext, ManeuverSamples
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_plain_input
+from gsapp.flight.maneuvers.maneuver_list import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 from gsapp.flight.maneuvers.rapid_moves import measure_moved_inputs
 from gsapp.flight.maneuvers.settings import DETECTION
@@ -39,41 +39,22 @@ class ManeuverWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightManeuvers:
-    """The maneuvers of a flight and what they were judged by.
-
-    Attributes
-    ----------
-    maneuvers : tuple of DetectedManeuver
-    noise : NoiseFloor
-    airborne_criterion : str
-        What told whether it flew, in words.
-    remarks : tuple of str
-        Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
-    on_ground : tuple of str
-        Ids of windows that were named while the aircraft was on the ground.
-    """
+    """The maneuvers of a flight and what they were judged by."""
 
     maneuvers: tuple[DetectedManeuver, ...]
     noise: NoiseFloor
     airborne_criterion: str
+    """What told whether it flew, in words."""
     remarks: tuple[str, ...] = ()
+    """Sentences for the crew: stuck surfaces, a record taken whole, changes by hand."""
     on_ground: tuple[str, ...] = ()
+    """Ids of windows that were named while the aircraft was on the ground."""
 
 
 def parse_maneuver_windows(texts: Sequence[str], flights: int = 1) -> tuple[ManeuverWindow, ...]:
     """Read ``START:STOP`` or ``K:START:STOP``.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        As given with ``--maneuver``.
-    flights : int
-        How many flights there are; with more than one, each text must say which it means.
-
-    Raises
-    ------
-    FlightError
-        If one cannot be read, or names a flight that is not there.
+    With more than one flight, each text must say which it means.
     """
     return tuple(_window(text, flights) for text in texts)
 
@@ -106,24 +87,16 @@ def _window(text: str, flights: int) -> ManeuverWindow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedVerdict:
-    """A verdict as the crew was told it, or as a debrief gives it.
-
-    Attributes
-    ----------
-    t_input : float
-        When the input began, s.
-    result : str
-        ``good``, ``too-large`` ...
-    advice : str
-        In words.
-    grade : {"A", "B", "C", "D"} or None
-        None in records from before there was one.
-    """
+    """A verdict as the crew was told it, or as a debrief gives it."""
 
     t_input: float
+    """When the input began, s."""
     result: str
+    """``good``, ``too-large`` ..."""
     advice: str
+    """In words."""
     grade: Grade | None = None
+    """None in records from before there was one."""
 
 
 def read_recorded_verdicts(flight: Flight) -> tuple[RecordedVerdict, ...]:
@@ -151,15 +124,7 @@ def apply_verdicts(
 
 
 class ManeuverAssessor:
-    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is.
-
-    Parameters
-    ----------
-    flight : Flight
-    aircraft : Aircraft
-    noise : NoiseFloor
-        From the detection.
-    """
+    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is."""
 
     def __init__(self, flight: Flight, aircraft: Aircraft, noise: NoiseFloor) -> None:
         self._flight = flight
@@ -169,17 +134,10 @@ class ManeuverAssessor:
         self._verdicts = read_recorded_verdicts(flight)
 
     def apply_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
-        """Return a maneuver graded as the verdicts recorded in flight allow."""
         return apply_verdicts(found, self._verdicts)
 
     def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
-        """Return the stretch from start to stop (s) as a maneuver, graded.
-
-        Raises
-        ------
-        FlightError
-            If it lies outside the flight.
-        """
+        """Return the stretch from start to stop (s) as a maneuver, graded."""
         low, high = np.searchsorted(self._times, (start - 1e-9, stop + 1e-9))
         if high - low < 2:
             raise FlightError(
@@ -224,7 +182,6 @@ class ManeuverAssessor:
         )
 
     def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
-        """Return the input measured against its trim, where the stretch shows one."""
         moves = {one.surface: (one.t_start + DETECTION.look_back, one.t_end)}
         measured = measure_moved_inputs(
             self._times[low:high], self._rows[low:high], moves, self._setting
@@ -247,7 +204,6 @@ def collect_maneuvers(
 
     Parameters
     ----------
-    flight : Flight
     aircraft : Aircraft
         As that flight flew it.
     given : sequence of str
@@ -311,23 +267,6 @@ def ground_window_text(maneuver: DetectedManeuver) -> str:
     )
 
 
-def list_maneuvers(
-    flight: Flight,
-    aircraft: Aircraft,
-    given: Sequence[str] = (),
-    *,
-    number: int = 1,
-    flights: int = 1,
-) -> tuple[DetectedManeuver, ...]:
-    """Return the maneuvers of a flight: given, or found, or the whole of a short record.
-
-    See `collect_maneuvers`.
-    """
-    return collect_maneuvers(
-        flight, aircraft, given=given, number=number, flights=flights
-    ).maneuvers
-
-
 def surface_remarks(flight: Flight) -> tuple[str, ...]:
     """Return sentences about surfaces that were not measured or never moved."""
     rows = extract_signals(flight.block)
@@ -355,14 +294,7 @@ def surface_remarks(flight: Flight) -> tuple[str, ...]:
 
 
 def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ()) -> str:
-    """Return why a flight gives no maneuver to use.
-
-    Parameters
-    ----------
-    flight : Flight
-    found : sequence of DetectedManeuver
-        Those that were found and are not used.
-    """
+    """Return why a flight gives no maneuver to use, although some may have been found."""
     causes = [*uncalibrated_text(flight)]
     if causes:
         return "; ".join(causes)
@@ -377,7 +309,6 @@ def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ())
 
 
 def _instruments_by_channel(flight: Flight) -> dict[str, tuple[str, ...]]:
-    """Return the instruments behind each channel, calibrated or not."""
     measured = [name for name, each in flight.sources.items() if each.kind != "derived"]
     return source_instruments([*measured, *flight.uncalibrated_channels])
 

@@ -1,23 +1,111 @@
-"""Measures of a maneuver that the verdict on its input and its grade are drawn from."""
+"""Measures of a maneuver that the verdict on its input and its grade are drawn from; limits.
+
+The verdict tells the crew whether to repeat an input; the grade tells how much an estimate can
+take from it. Both hold the same measures against the same criteria. What is beyond `invalid` makes
+a verdict other than good and is at least a small defect, so that no such input is graded A; a large
+defect is always beyond `invalid`, so that an input with one is never good.
+
+The verdict knows more: the amplitude, width and airspeed that were asked for, and what a model
+says of gusts. These criteria are its own (`gsapp.excitation.doublets.verdict_criteria`).
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.sensors import flow_at_cg
-from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA
+from gsapp.flight.maneuvers.dead_instruments import clipping_ranges, is_at_range_limit
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, window_noise
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
+
+DefectSeverity = Literal["small", "large", "fatal"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Criterion:
+    """Bounds of one measure, which is worse the larger it is."""
+
+    small: float
+    large: float = math.inf
+    """Beyond them it is a small or a large defect of the maneuver; infinite for never."""
+    invalid: float | None = None
+    """Beyond it the verdict is not good; None where the verdict goes by another measure."""
+
+    def __post_init__(self) -> None:
+        if not self.small <= (self.small if self.invalid is None else self.invalid) <= self.large:
+            raise ValueError(f"a criterion needs small <= invalid <= large: {self}")
+
+    def severity(self, value: float) -> DefectSeverity | None:
+        """Return how severe a defect is; None for none."""
+        if value > self.large:
+            return "large"
+        return "small" if value > self.small else None
+
+    def is_invalid(self, value: float) -> bool:
+        return self.invalid is not None and value > self.invalid
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputCriteria:
+    """The criteria, with their measures."""
+
+    trim_rate: Criterion = Criterion(small=6.0 * DEGREE, large=15.0 * DEGREE)
+    """Mean rate about an axis over the second before, rad/s. The verdict goes by
+    `trim_tolerance_factor`: 8 deg/s of roll, 6 of pitch and yaw."""
+    trim_tolerance_factor: float = 2.0
+    """Times the tolerances of the trim cue within which a start still counts: GO asks for more
+    than an estimate needs."""
+    trim_load_factor: float = 0.25
+    """Mean deviation from 1 g over the second before, g: a small defect."""
+    throttle_change: float = 0.15
+    """Throttle moved: a small defect."""
+    min_amplitude: float = 0.03
+    """Share of half of the travel below which an input is a large defect."""
+    faint_response: float = 12.0
+    weak_response: float = 25.0
+    """Peak-to-peak response over the noise floor below which it is a large or a small defect. The
+    amplitudes that the verdict calls too small follow from them."""
+    cross_input: Criterion = Criterion(small=0.35, invalid=0.35, large=0.7)
+    """Largest excursion of another surface over the amplitude of the main one, both as shares of
+    their travel."""
+    least_cross_input: float = 0.5 * DEGREE
+    """rad; another surface that moves less counts for nothing, however small the input was."""
+    residual_deflection: Criterion = Criterion(small=0.4, invalid=0.4)
+    """How far a surface stayed from where it began, share of its amplitude."""
+    hands_off_lack: Criterion = Criterion(small=0.0, invalid=0.5, large=0.5)
+    """Missing share of the hands-off interval that is wanted: of the target input, or
+    `DETECTION.min_free_response_time`. Half of it is one period of the oscillation."""
+    time_out_of_range: float = 0.1
+    """Time out of the linear range of alpha, beta or a_n, s: a small defect, and invalid."""
+    clipped_share: Criterion = Criterion(small=0.0, large=0.05)
+    """Share of the samples at an end of the instrument's range."""
+    clipped_time: float = 0.03
+    """Time at an end of the range, from the input on, from which the verdict is not good, s."""
+    missing_samples: Criterion = Criterion(small=0.1, invalid=0.2)
+    """Missing share of the samples of a channel."""
+    pre_input_motion: Criterion = Criterion(small=0.25, invalid=0.6, large=0.6)
+    """Motion before the input over the response, both as standard deviations."""
+    gust_fraction: float = 0.5
+    """Share of the response that gusts may make, by the model; then up to `gust_factor` times
+    the motion before the input."""
+    gust_factor: float = 3.0
+    """A model that is wrong finds gusts in calm air. Gusts are slow, and within two seconds most
+    of them are hidden in a straight line."""
+
+
+INPUT_CRITERIA: Final = InputCriteria()
+"""Tuned by `bench verdicts` on seeds below 17,000."""
+
 
 RESPONSE_CHANNELS = {"de": ("q", "an", "alpha"), "da": ("p", "r"), "dr": ("r", "ay", "p", "beta")}
 """What answers to each surface."""
@@ -40,21 +128,14 @@ class GradingContext:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ManeuverSamples:
-    """The samples of one maneuver with a bit of what came before.
-
-    Attributes
-    ----------
-    times : ndarray, shape (n,)
-    rows : ndarray, shape (n, len(SIGNALS))
-    t_input, t_input_end, t_end : float
-        s.
-    """
+    """The samples of one maneuver with a bit of what came before."""
 
     times: FloatArray
     rows: FloatArray
     t_input: float
     t_input_end: float
     t_end: float
+    """s."""
 
     def samples(self, name: str, start: float, stop: float) -> FloatArray:
         """Return the samples of a signal that are there from start to stop, s."""
@@ -88,11 +169,8 @@ def measure_response(
 ) -> dict[str, float]:
     """Return how far each channel went in answer to these surfaces, over its noise floor.
 
-    Returns
-    -------
-    dict
-        Channel to peak-to-peak change, slower than 0.05 s, in standard deviations of its noise
-        floor; channels without samples are absent.
+    Peak-to-peak change, slower than 0.05 s, in standard deviations of the noise floor; channels
+    without samples are absent.
     """
     found: dict[str, float] = {}
     dt = float(np.median(np.diff(passage.times))) if passage.times.size > 1 else 0.01
@@ -132,13 +210,8 @@ def pre_input_motion_ratio(
 ) -> tuple[float, str]:
     """Compare what the aircraft did before the input with what it did in answer.
 
-    Returns
-    -------
-    ratio : float
-        Largest of the answering channels: standard deviation before the input, beyond the noise
-        floor, over that of the answer.
-    channel : str
-        Which one; empty for none.
+    Returns the largest ratio of the answering channels (standard deviation before the input, beyond
+    the noise floor, over that of the answer) and which one; empty for none.
     """
     worst, channel = 0.0, ""
     for name in dict.fromkeys(name for surface in surfaces for name in RESPONSE_CHANNELS[surface]):
@@ -190,19 +263,9 @@ def cross_deflections(passage: ManeuverSamples, inputs: Sequence[SurfaceInput]) 
 def cross_input_ratios(
     moved: Mapping[str, float], setting: GradingContext, inputs: Sequence[SurfaceInput]
 ) -> dict[str, float]:
-    """Return excursions of other surfaces over the main input, as shares of travel.
+    """Return `cross_deflections` over the main input, as shares of travel, the largest first.
 
-    Parameters
-    ----------
-    moved : mapping of str to float
-        `cross_deflections`.
-    setting : GradingContext
-    inputs : sequence of SurfaceInput
-
-    Returns
-    -------
-    dict
-        The largest first; without what moved too little to count.
+    What moved too little to count is left out.
     """
     travel = setting.half_travel
     whole = max(one.amplitude / travel(one.surface) for one in inputs)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from gsapp.flight.maneuvers.settings import DETECTION
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
 InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim"]
 """Shape of an input; see `classify_input`."""
@@ -17,39 +17,26 @@ InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SurfaceInput:
-    """What one surface did.
-
-    Attributes
-    ----------
-    surface : str
-    t_start, t_end : float
-        When it left its trim and when it was back, s.
-    amplitude : float
-        Half the peak-to-peak deflection, rad; of a pulse its height.
-    trim_before, trim_after : float
-        Where it stood, rad.
-    excursions : tuple of (int, float)
-        Side (+1, -1) and duration (s) of each excursion.
-    motion_before : float
-        Peak-to-peak in the stretch before, rad.
-    max_excursion, max_step : float
-        Its largest excursion from trim, and the most it went within `DETECTION.look_back`, rad.
-    side_ratio : float
-        The smaller side over the larger one.
-    kind : InputKind
-    """
+    """What one surface did."""
 
     surface: str
     t_start: float
     t_end: float
+    """When it left its trim and when it was back, s."""
     amplitude: float
+    """Half the peak-to-peak deflection, rad; of a pulse its height."""
     trim_before: float
     trim_after: float
+    """Where it stood, rad."""
     excursions: tuple[tuple[int, float], ...]
+    """Side (+1, -1) and duration (s) of each excursion."""
     motion_before: float
+    """Peak-to-peak in the stretch before, rad."""
     max_excursion: float
     max_step: float
+    """Its largest excursion from trim, and the most it went within `DETECTION.look_back`, rad."""
     side_ratio: float
+    """The smaller side over the larger one."""
     kind: InputKind
 
     @property
@@ -59,7 +46,6 @@ class SurfaceInput:
 
     @property
     def has_returned_to_trim(self) -> bool:
-        """Return whether it came back to about where it was."""
         return abs(self.trim_after - self.trim_before) < 0.5 * self.amplitude
 
     @property
@@ -102,7 +88,6 @@ def measure_surface_input(
 
     Parameters
     ----------
-    surface : str
     times, samples : ndarray, shape (n,)
         s and rad, from a good second before to a good second after the moves.
     first, last : float
@@ -140,40 +125,15 @@ def measure_surface_input(
     largest = float(np.max(np.abs(away)))
     if not largest > 4.0 * noise:
         return None
-    runs, edges = _find_excursions(at, away, DETECTION.displaced_share * largest)
-    if not runs:
-        return None
-    threshold = max(DETECTION.begin_share * largest, 3.0 * noise)
-    t_start, t_end = _trim_departure_and_return(times, level, edges, before, after, threshold)
-    both = len({side for side, _ in runs}) == 2
-    amplitude = 0.5 * float(np.ptp(away)) if both else largest
-    return SurfaceInput(
-        surface=surface,
-        t_start=t_start,
-        t_end=t_end,
-        amplitude=amplitude,
-        trim_before=before,
-        trim_after=after,
-        excursions=tuple(runs),
-        motion_before=float(np.ptp(level[calm])),
-        max_excursion=largest,
-        max_step=_max_step(at, inside),
-        side_ratio=_side_ratio(away),
-        kind=classify_input(runs),
-    )
+    return _shape(surface, times, level, moved, away, (before, after), calm, noise)
 
 
 def measure_plain_input(
     surface: str, times: FloatArray, samples: FloatArray
 ) -> SurfaceInput | None:
-    """Measure how a surface moved in a stretch about which nothing is known.
+    """Measure how a surface moved in a stretch about which nothing is known; None for nothing.
 
     Its first and last tenth stand for the trim.
-
-    Returns
-    -------
-    SurfaceInput or None
-        None where there are too few samples, or they are all alike.
     """
     there = np.isfinite(samples)
     times, samples = times[there], samples[there]
@@ -186,27 +146,42 @@ def measure_plain_input(
     largest = float(np.max(np.abs(away)))
     if not largest > 0.0:
         return None
-    runs, edges = _find_excursions(times, away, DETECTION.displaced_share * largest)
+    whole = slice(None)
+    one = _shape(surface, times, level, whole, away, (before, after), slice(edge), 0.0)
+    return replace(one, kind="multistep") if one is not None and one.kind == "retrim" else one
+
+
+def _shape(
+    surface: str,
+    times: FloatArray,
+    level: FloatArray,
+    moved: BoolArray | slice,
+    away: FloatArray,
+    trim: tuple[float, float],
+    calm: BoolArray | slice,
+    noise: float,
+) -> SurfaceInput | None:
+    """Return the input of the samples that moved, `away` from trim; None for nothing."""
+    largest = float(np.max(np.abs(away)))
+    runs, edges = _find_excursions(times[moved], away, DETECTION.displaced_share * largest)
     if not runs:
         return None
-    t_start, t_end = _trim_departure_and_return(
-        times, level, edges, before, after, DETECTION.begin_share * largest
-    )
+    threshold = max(DETECTION.begin_share * largest, 3.0 * noise)
+    t_start, t_end = _trim_departure_and_return(times, level, edges, *trim, threshold)
     both = len({side for side, _ in runs}) == 2
-    kind = classify_input(runs)
     return SurfaceInput(
         surface=surface,
         t_start=t_start,
         t_end=t_end,
         amplitude=0.5 * float(np.ptp(away)) if both else largest,
-        trim_before=before,
-        trim_after=after,
+        trim_before=trim[0],
+        trim_after=trim[1],
         excursions=tuple(runs),
-        motion_before=float(np.ptp(level[:edge])),
+        motion_before=float(np.ptp(level[calm])),
         max_excursion=largest,
-        max_step=_max_step(times, level),
+        max_step=_max_step(times[moved], level[moved]),
         side_ratio=_side_ratio(away),
-        kind="multistep" if kind == "retrim" else kind,
+        kind=classify_input(runs),
     )
 
 
@@ -270,7 +245,6 @@ def _trim_departure_and_return(
     after: float,
     threshold: float,
 ) -> tuple[float, float]:
-    """Return when the surface last was in trim before, and first is back after."""
     early = np.flatnonzero((times <= edges[0]) & (np.abs(level - before) < threshold))
     late = np.flatnonzero((times >= edges[1]) & (np.abs(level - after) < 1.5 * threshold))
     start = float(times[early[-1]]) if early.size else edges[0]
@@ -281,12 +255,9 @@ def _trim_departure_and_return(
 def classify_input(runs: list[tuple[int, float]]) -> InputKind:
     """Name the shape of an input by its excursions.
 
-    Returns
-    -------
-    str
-        ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four, each
-        shorter than the one before but the last), ``sweep`` (seven or more), ``multistep`` (all
-        else), ``retrim`` where a side is held for long.
+    ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four, each shorter
+    than the one before but the last), ``sweep`` (seven or more), ``multistep`` (all else),
+    ``retrim`` where a side is held for long.
     """
     lengths = [length for _, length in runs]
     if max(lengths) > DETECTION.max_hold_time:

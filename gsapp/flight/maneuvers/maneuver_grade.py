@@ -1,7 +1,7 @@
 """How good a maneuver is for estimating derivatives, judged from its own samples.
 
 Each defect is small, large or fatal, by the criteria that the verdict in flight goes by too
-(`gsapp.flight.maneuvers.input_criteria`). None gives an A, one small one a B; several small ones
+(`gsapp.flight.maneuvers.input_measures`). None gives an A, one small one a B; several small ones
 or a large one a C; a fatal one, or two large ones, a D.
 """
 
@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.flight.maneuvers.detected_maneuver import Grade
-from gsapp.flight.maneuvers.input_criteria import INPUT_CRITERIA, DefectSeverity
 from gsapp.flight.maneuvers.input_measures import (
     COUPLED_SURFACE,
+    INPUT_CRITERIA,
     RESPONSE_CHANNELS,
+    DefectSeverity,
     GradingContext,
     ManeuverSamples,
     clipped_samples,
@@ -45,21 +46,7 @@ class Defect:
 def grade_maneuver(
     passage: ManeuverSamples, setting: GradingContext, inputs: Sequence[SurfaceInput]
 ) -> tuple[Grade, tuple[str, ...]]:
-    """Grade a maneuver.
-
-    Parameters
-    ----------
-    passage : ManeuverSamples
-    setting : GradingContext
-    inputs : sequence of SurfaceInput
-        What was moved on purpose; the main one first.
-
-    Returns
-    -------
-    grade : {"A", "B", "C", "D"}
-    reasons : tuple of str
-        The worst first.
-    """
+    """Return the grade of a maneuver, its main input first, and the reasons, the worst first."""
     if not inputs:
         text = "no surface moved beyond its noise: no excitation"
         return "D", (text,)

@@ -24,24 +24,16 @@ _RATE_COLUMNS = [SIGNAL_COLUMNS[name] for name in RATES]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseFloor:
-    """Standard deviation of what each channel shows when nothing happens.
-
-    Attributes
-    ----------
-    std : mapping of str to float
-        By channel, SI. A channel without samples is absent.
-    source : str
-        Where it was measured, in words.
-    duration : float
-        Length of the stretches it was measured in, s.
-    is_final : bool
-        Whether it was measured before take-off: no flying changes it any more.
-    """
+    """Standard deviation of what each channel shows when nothing happens."""
 
     std: Mapping[str, float] = field(default_factory=dict)
+    """By channel, SI. A channel without samples is absent."""
     source: str = "not measured"
+    """Where it was measured, in words."""
     duration: float = 0.0
+    """Length of the stretches it was measured in, s."""
     is_final: bool = False
+    """Whether it was measured before take-off: no flying changes it any more."""
 
     def std_of(self, name: str) -> float:
         """Return the standard deviation of a channel; 0 where it is not known."""
@@ -49,17 +41,9 @@ class NoiseFloor:
 
 
 def window_noise(rows: FloatArray) -> FloatArray:
-    """Return the standard deviation about the straight line of each column.
+    """Return the standard deviation about the straight line of each column of even rows.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, m)
-        Evenly spaced; NaN counts as missing.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        NaN where less than half of the samples are there.
+    NaN counts as missing, and is what comes where less than half of the samples are there.
     """
     count = len(rows)
     place = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)
@@ -90,15 +74,7 @@ class NoiseFloorEstimator:
         self._floor: NoiseFloor | None = None
 
     def add(self, rows: FloatArray, *, airborne: bool, standing: bool | None = None) -> None:
-        """Take in one window.
-
-        Parameters
-        ----------
-        rows : ndarray, shape (n, len(SIGNALS))
-        airborne : bool
-        standing : bool or None
-            Whether the airspeed says that it does not roll either; None where it does not tell.
-        """
+        """Take in one window; `standing` is None where no airspeed tells whether it rolls."""
         noise = window_noise(rows)
         if airborne:
             # What was measured on the ground stands.
@@ -123,7 +99,6 @@ class NoiseFloorEstimator:
 
     @property
     def floor(self) -> NoiseFloor:
-        """Return the noise floor as far as it is known."""
         if self._floor is None:
             self._floor = self._measure()
         return self._floor

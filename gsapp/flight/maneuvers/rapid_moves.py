@@ -27,19 +27,7 @@ UNAMBIGUOUS_SHAPES: Final = ("doublet", "3-2-1-1")
 class RapidMoveDetector:
     """How far each surface goes within `DETECTION.look_back`, and how far steering goes.
 
-    Parameters
-    ----------
-    setting : GradingContext
-        The aircraft, for its travel.
-    rate : float
-        Samples per second.
-
-    Attributes
-    ----------
-    thresholds : list of float
-        By surface, rad: a quick move goes further.
-    half_travel : list of float
-        By surface, rad.
+    By surface, rad: a quick move goes further than its `thresholds`.
     """
 
     def __init__(self, setting: GradingContext, rate: float) -> None:
@@ -56,12 +44,8 @@ class RapidMoveDetector:
     def measure(self, rows: FloatArray) -> FloatArray:
         """Return how far each surface went within `DETECTION.look_back`, rad, shape (n, 3).
 
-        Single wild samples are voted out by their two predecessors. 0 where samples are missing.
-
-        Parameters
-        ----------
-        rows : ndarray, shape (n, >= 3)
-            The samples that follow those of the last call; the surfaces come first.
+        Of the rows that follow those of the last call; the surfaces come first. Single wild samples
+        are voted out by their two predecessors. 0 where samples are missing.
         """
         surfaces = np.concatenate((self._tail, rows[:, : len(SURFACES)]))
         self._tail = surfaces[-(self.lag + 2) :]
@@ -95,15 +79,7 @@ def find_strong_moves(
 ) -> dict[str, tuple[float, float]]:
     """Return first and last quick move of each surface, without steering around them, s.
 
-    Parameters
-    ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
-    moved : iterable of str
-        Surfaces that made quick moves.
-    first, last : float
-        Time of the first and the last of all quick moves, s.
-    lag : int
-        Samples in `DETECTION.look_back`.
+    `first` and `last` are those of all surfaces, `lag` the samples in `DETECTION.look_back`.
     """
     # The first and the last step are half as large as those between, and may be less than
     # quick by themselves.
@@ -146,19 +122,8 @@ def find_pilot_takeover(
 ) -> float | None:
     """Return when the pilot took over after the last quick move, s; None if not yet.
 
-    Parameters
-    ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
-        From the last quick move on, or from before.
-    last : float
-        Its time, s.
-    setting : GradingContext
-    rate : float
-        Samples per second.
-    stood : mapping of str to float
-        Where surfaces stood before it all, rad: one that goes back there is let go, not taken.
-    least : float
-        What moves less is no hand, rad.
+    The samples begin at that move or before. A surface that goes back to where it `stood` before it
+    all, rad, is let go, not taken; what moves less than `least` (rad) is no hand.
     """
     rest = last + 0.3
     calm = (times >= rest) & (times < rest + 0.4)
@@ -194,17 +159,10 @@ def distance_outside_range(samples: FloatArray, one: float, other: float) -> Flo
 def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bool:
     """Return whether an input looks like one made on purpose.
 
-    The less its shape tells, the calmer it must be before and after. Large steps to both sides
-    leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
-    steering in a fright looks the same.
-
-    Parameters
-    ----------
-    main : SurfaceInput
-    free : float
-        Time without a stick after it, s.
-    threshold : float
-        Of a quick move of its surface, rad.
+    The less its shape tells, the calmer it must be before and after, where no stick moves for
+    `free` s. Large steps to both sides leave no doubt even if the pilot takes over at once. One to
+    a single side is no maneuver then: steering in a fright looks the same. A quick move of its
+    surface goes beyond `threshold`, rad.
     """
     # What steering does may have been learned since the move was taken for quick.
     if main.max_step < threshold:
@@ -229,14 +187,9 @@ def measure_moved_inputs(
     moves: dict[str, tuple[float, float]],
     setting: GradingContext,
 ) -> list[SurfaceInput]:
-    """Measure the inputs of a maneuver, the one of the quickest step first, as share of travel.
+    """Measure inputs from their first and last quick moves (s), that of the quickest step first.
 
-    Parameters
-    ----------
-    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
-    moves : dict
-        First and last quick move (s) of each surface that made any.
-    setting : GradingContext
+    Quickest as share of travel.
     """
     found = []
     for surface, (first, last) in moves.items():
@@ -253,7 +206,6 @@ def measure_moved_inputs(
 
 
 def _belongs_to_main_input(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
-    """Return whether an input is part of the maneuver that the main one makes."""
     return (
         sizes[one.surface] >= DETECTION.secondary_input_ratio * sizes[main.surface]
         and one.abruptness > DETECTION.abrupt_share

@@ -30,16 +30,12 @@ _WHOLE: Final = ("rudder", "rudder")
 
 
 def extract_signals(block: Block) -> FloatArray:
-    """Return the signals of a block, row by row.
+    """Return the signals of a block, SI, shape (n, len(SIGNALS)).
 
-    Each row depends on its own samples only, so that pieces give what the whole gives.
-
-    Returns
-    -------
-    ndarray, shape (n, len(SIGNALS))
-        SI; NaN where neither the channel nor a stand-in has a sample. A surface that was not
-        measured is taken from its halves, or else from what the receiver asked of the servo;
-        airspeed and altitude from pressures.
+    Each row depends on its own samples only, so that pieces give what the whole gives. NaN where
+    neither the channel nor a stand-in has a sample. A surface that was not measured is taken from
+    its halves, or else from what the receiver asked of the servo; airspeed and altitude from
+    pressures.
     """
     taken = np.empty((len(block), len(SIGNALS)))
     for name in SURFACES:

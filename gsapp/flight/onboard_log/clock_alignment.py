@@ -1,8 +1,8 @@
 """How two clocks stand to each other over a flight: offset, drift, and how sure both are.
 
-Stretches of the flight are compared one by one, each with its own lag; a straight line through the
-lags is the offset and the drift. Where the lags lie on no line, the records are not of one motion,
-however alike they look in one place.
+First one record is laid on the other to a row. Then stretches of the flight are compared one by
+one, each with its own lag; a straight line through the lags is the offset and the drift. Where the
+lags lie on no line, the records are not of one motion, however alike they look in one place.
 """
 
 from __future__ import annotations
@@ -13,17 +13,137 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy import fft
 
-from gsapp.flight.onboard_log.cross_correlation import (
-    RecordLag,
-    common_channels,
-    fill_omitted_rows,
-    find_lag,
-)
 from gsapp.flight.onboard_log.log_state import LogClock
-from gsapp.flight.onboard_log.settings import ALIGNMENT
+from gsapp.flight.settings import ALIGNMENT
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import MAD_TO_STD
+
+_PREFERRED_CHANNELS = (
+    "q",
+    "p",
+    "r",
+    "alpha",
+    "an",
+    "ay",
+    "phi",
+    "theta",
+    "de",
+    "da",
+    "dr",
+    "qbar",
+    "V",
+)
+_MOST_ROWS = 1 << 22
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordLag:
+    """How far one record lies behind another."""
+
+    rows: int
+    """Rows to add to the log's, so that it lies on the live record."""
+    correlation: float
+    """Of the two there, 0 to 1."""
+
+    @property
+    def is_reliable(self) -> bool:
+        return self.correlation >= ALIGNMENT.min_correlation
+
+
+def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | None:
+    """Find how far a log lies behind a live record of the same motion, on the same grid.
+
+    None if no channel of both moves alike anywhere. One row, or less, counts as none: it is the
+    delay of interpolation, and both carry the vehicle's own clock.
+    """
+    names = common_channels(live, log)
+    if not names:
+        return None
+    found = find_lag(live, log, rate, names)
+    if not found.is_reliable:
+        return None
+    return found if abs(found.rows) > 1 else RecordLag(rows=0, correlation=found.correlation)
+
+
+def find_lag(live: Block, log: Block, rate: float, names: Sequence[str]) -> RecordLag:
+    """Find the lag at which channels of two records on one grid are most alike, to a row.
+
+    The masked, normalized cross-correlation of the channels, averaged, has its peak there; 0 where
+    one record is too long to be compared.
+    """
+    live_first, live_values = fill_omitted_rows(live, names, rate)
+    log_first, log_values = fill_omitted_rows(log, names, rate)
+    if max(len(live_values), len(log_values)) > _MOST_ROWS:
+        return RecordLag(rows=0, correlation=0.0)
+    correlation = _correlation(live_values, log_values, rate)
+    best = int(np.argmax(correlation))
+    lag = best - (len(log_values) - 1) + live_first - log_first
+    return RecordLag(rows=lag, correlation=float(correlation[best]))
+
+
+def common_channels(
+    live: Block,
+    log: Block,
+    leave_out: Collection[str] = (),
+    most: int = ALIGNMENT.compared_channels,
+) -> list[str]:
+    """Return up to `most` channels of both that move, the telling ones first."""
+    shared = [name for name in live.channels if name in log.channels and name not in leave_out]
+    ordered = [name for name in _PREFERRED_CHANNELS if name in shared]
+    ordered += [name for name in shared if name not in ordered]
+    moving = [
+        name for name in ordered if all(_sample_range(block[name]) > 0.0 for block in (live, log))
+    ]
+    return moving[:most]
+
+
+def _sample_range(values: FloatArray) -> float:
+    there = values[~np.isnan(values)]
+    return float(np.ptp(there)) if there.size else 0.0
+
+
+def fill_omitted_rows(block: Block, names: Sequence[str], rate: float) -> tuple[int, FloatArray]:
+    """Return the number of the first row on the grid, and all rows, shape (n, len(names)).
+
+    A pause is filled with NaN.
+    """
+    index = np.rint(block.times * rate).astype(np.int64)
+    size = int(index[-1] - index[0]) + 1
+    values = np.full((min(size, _MOST_ROWS + 1), len(names)), np.nan)
+    inside = index - index[0] < len(values)
+    for place, name in enumerate(names):
+        values[index[inside] - index[0], place] = block[name][inside]
+    return int(index[0]), values
+
+
+def _correlation(live: FloatArray, log: FloatArray, rate: float) -> FloatArray:
+    """Return the mean correlation at every lag, from the log's end on the live's beginning on."""
+    size = len(live) + len(log) - 1
+    padded = fft.next_fast_len(size, real=True)
+
+    def sums(one: FloatArray, other: FloatArray) -> FloatArray:
+        product = fft.rfft(one, padded) * fft.rfft(other[::-1], padded)
+        result: FloatArray = fft.irfft(product, padded)[:size]
+        return result
+
+    total = np.zeros(size)
+    for place in range(live.shape[1]):
+        a, b = live[:, place], log[:, place]
+        a_there, b_there = (~np.isnan(a)).astype(float), (~np.isnan(b)).astype(float)
+        a, b = np.nan_to_num(a - np.nanmean(a)), np.nan_to_num(b - np.nanmean(b))
+        energy = sums(a * a, b_there) * sums(a_there, b * b)
+        both = sums(a_there, b_there)
+        least = max(
+            ALIGNMENT.min_overlap * rate,
+            ALIGNMENT.min_overlap_share * min(a_there.sum(), b_there.sum()),
+        )
+        # Rounding of the transform leaves a little where nothing is.
+        usable = (both >= least) & (energy > 1e-12 * energy.max())
+        total[usable] += sums(a, b)[usable] / np.sqrt(energy[usable])
+    result: FloatArray = total / live.shape[1]
+    return result
 
 
 class ClockAlignmentError(Exception):
@@ -57,26 +177,10 @@ class _LagLine:
 def align_clocks(
     live: Block, log: Block, rate: float, *, leave_out: Collection[str] = ()
 ) -> LogClock:
-    """Find how the clock of a log stands to that of a live record of the same motion.
+    """Find how the clock of a log stands to that of a live record of the same motion, on one grid.
 
-    Parameters
-    ----------
-    live, log : Block
-        On the grid ``k / rate``.
-    rate : float
-        Rows per second.
-    leave_out : collection of str
-        Channels that are not to be compared, such as those timed by their arrival.
-
-    Returns
-    -------
-    LogClock
-        Offset and drift with their standard deviations.
-
-    Raises
-    ------
-    ClockAlignmentError
-        If nothing moves alike, or not everywhere alike.
+    Channels that are timed by their arrival are to be left out. `ClockAlignmentError` if nothing
+    moves alike, or not everywhere alike.
     """
     names = common_channels(live, log, leave_out)
     if not names:
@@ -190,7 +294,6 @@ def _period(values: FloatArray) -> float:
 
 
 def _relative_range(values: FloatArray, start: int, rows: int) -> FloatArray:
-    """Return how far each channel moves in a stretch, as a share of how far it ever does."""
     part = values[start : start + rows]
     there = ~np.isnan(part)
     low = np.where(there, part, np.inf).min(axis=0)
@@ -229,19 +332,8 @@ def _lag_of_channel(
 ) -> tuple[float, float] | None:
     """Return the lag of a stretch, in rows from the coarse one, and its standard deviation.
 
-    Parameters
-    ----------
-    live : ndarray, shape (n,)
-    log : ndarray, shape (n + 2 reach,)
-    reach : int
-        Rows to try either way.
-    alone : float
-        Rows apart from which on what is left is independent.
-
-    Returns
-    -------
-    tuple of float or None
-        None where the two are not alike.
+    None where the two are not alike. `log` is longer by `reach` rows either way; rows that lie
+    `alone` rows apart are independent.
     """
     there = np.flatnonzero(~np.isnan(live))
     if there.size < ALIGNMENT.min_valid_share * live.size:
@@ -347,7 +439,6 @@ def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray)
 
 
 def _median_slope(times: FloatArray, lags: FloatArray) -> float:
-    """Return the median of the slopes between all pairs of lags."""
     first, second = np.triu_indices(times.size, 1)
     if not first.size:
         return 0.0

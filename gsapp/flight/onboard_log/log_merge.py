@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gsapp.flight.cache import DecodedFlight
 from gsapp.flight.onboard_log.clock_alignment import ClockAlignmentError, align_clocks
 from gsapp.flight.onboard_log.log_state import LogClock, OnboardLogState
-from gsapp.flight.onboard_log.settings import ALIGNMENT
+from gsapp.flight.settings import ALIGNMENT
 from gsapp.flight.uniform_grid import overlay_on_grid
 from gsapp.quantities import CIRCULAR_CHANNELS, STEPWISE_CHANNELS, Block, FloatArray, base_id
 
@@ -18,20 +18,10 @@ from gsapp.quantities import CIRCULAR_CHANNELS, STEPWISE_CHANNELS, Block, FloatA
 def merge_onboard_log(
     live: DecodedFlight, log: DecodedFlight, rate: float, name: str
 ) -> DecodedFlight:
-    """Replace a live record by the on-board log of the same flight.
+    """Replace a live record by the on-board log of the same flight, on the same grid.
 
-    Parameters
-    ----------
-    live, log : DecodedFlight
-        On the grid ``k / rate``.
-    rate : float
-        Rows per second.
-
-    Returns
-    -------
-    DecodedFlight
-        The channels of both, from the log where it has a sample, in flight time. If the two
-        cannot be aligned, the live record alone, and a remark that says so.
+    The channels of both, from the log where it has a sample, in flight time. If the two cannot be
+    aligned, the live record alone, and a remark that says so.
     """
     by_arrival = {
         channel
@@ -71,24 +61,12 @@ def reject_onboard_log(live: DecodedFlight, name: str, why: str) -> DecodedFligh
 
 
 def resample_to_flight_time(log: Block, clock: LogClock, rate: float) -> Block:
-    """Lay a log on the grid of flight time.
+    """Lay a log on the grid of flight time; NaN where it has no sample.
 
     Without a drift it moves by whole rows: its samples stay as they were measured, at most half a
     row beside their time, all channels alike. That one row or less is none at all: both then carry
     the vehicle's own clock. With a drift each row lies elsewhere between two of the log's, and a
     cubic through four of them keeps what moves slowly as it is.
-
-    Parameters
-    ----------
-    log : Block
-        On the grid ``k / rate`` of the log's own time.
-    rate : float
-        Rows per second.
-
-    Returns
-    -------
-    Block
-        On the grid ``k / rate`` of flight time; NaN where the log has no sample.
     """
     if not log.times.size:
         return log
@@ -114,19 +92,10 @@ def resample_to_flight_time(log: Block, clock: LogClock, rate: float) -> Block:
 
 
 def _interpolate_rows(log: Block, index: npt.NDArray[np.int64], places: FloatArray) -> FloatArray:
-    """Return the values of a block between its rows.
+    """Return the values of a block at places between its rows, shape (m, n_channels).
 
-    Parameters
-    ----------
-    index : ndarray of int64, shape (n,)
-        Numbers of its rows; increasing, with gaps.
-    places : ndarray, shape (m,)
-        Where, counted in the same way.
-
-    Returns
-    -------
-    ndarray, shape (m, n_channels)
-        NaN where one of the two rows beside has no sample.
+    `index` has the numbers of its rows, increasing, with gaps. NaN where one of the two rows beside
+    has no sample.
     """
     near = np.rint(places)
     exact = np.abs(places - near) < ALIGNMENT.row_tolerance

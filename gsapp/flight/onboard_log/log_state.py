@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from gsapp.flight.onboard_log.settings import ALIGNMENT
+from gsapp.flight.settings import ALIGNMENT
 
 _PER_MILLION = 1e6
 

@@ -18,8 +18,8 @@ from gsapp.flight.file_names import FRAMES_FILE
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import LOG_SUFFIXES, load_flight, load_with_log
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.onboard_log.settings import ALIGNMENT
 from gsapp.flight.raw_files import read_tlog
+from gsapp.flight.settings import ALIGNMENT
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import list_files, move_into_place
 from gsapp.foundation.name_suggestions import did_you_mean
@@ -42,27 +42,11 @@ class InstalledLog:
 def install_log(
     flight: Path | str, log: Path | str, *, begun: datetime | None = None
 ) -> InstalledLog:
-    """Put an on-board log into a flight folder and in force.
+    """Put an on-board log into a flight folder with a live record, and in force.
 
-    Parameters
-    ----------
-    flight : Path or str
-        A flight folder with a live record.
-    log : Path or str
-        ``.tlog``, ``.bin``, ``.ulg``, ``.csv``, ``.mat`` or ``.parquet``.
-    begun : datetime, optional
-        When it was begun, by the box; with its time zone. A ``.tlog`` says so itself.
-
-    Returns
-    -------
-    InstalledLog
-        With the former one, to be given to `activate_log` if this is to be undone.
-
-    Raises
-    ------
-    FlightError
-        If it is not the log of this flight, cannot be read or cannot be kept. The folder then
-        stands as it stood.
+    `begun` is when the box began it, with its time zone; a ``.tlog`` says so itself. `FlightError`
+    if it is not the log of this flight, cannot be read or cannot be kept: the folder then stands as
+    it stood.
     """
     folder, source = FlightFolder.open(flight), Path(log)
     _check_log_file(source)
@@ -87,13 +71,7 @@ def install_log(
 
 
 def activate_log(flight: Path | str, name: str) -> Flight:
-    """Put a log that lies in the flight folder in force; without a name, none.
-
-    Raises
-    ------
-    FlightError
-        If there is no such log, or it is not one of this flight.
-    """
+    """Put a log that lies in the flight folder in force; without a name, none."""
     folder = FlightFolder.open(flight)
     if not name:
         if not folder.nonempty_raw_files:

@@ -16,8 +16,8 @@ growing folder yields the very sequence that a reader of the finished one gets.
 """
 
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
-from gsapp.flight.raw_files.raw_reader import RawPosition, RawTail, read_nonempty_tlog, read_tlog
-from gsapp.flight.raw_files.raw_writer import RawWriter, WriterState
+from gsapp.flight.raw_files.raw_reader import RawTail, read_nonempty_tlog, read_tlog
+from gsapp.flight.raw_files.raw_writer import RawWriter
 from gsapp.flight.raw_files.record_files import STAMP_STRUCT, FrameFile, RawDamage
 
 __all__ = [
@@ -28,10 +28,8 @@ __all__ = [
     "STAMP_STRUCT",
     "FrameFile",
     "RawDamage",
-    "RawPosition",
     "RawTail",
     "RawWriter",
-    "WriterState",
     "read_nonempty_tlog",
     "read_tlog",
 ]

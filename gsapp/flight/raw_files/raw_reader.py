@@ -15,10 +15,10 @@ from gsapp.flight.raw_files.record_files import (
     LineFile,
     RawDamage,
     RawFile,
+    RawRecord,
     RecordKind,
     ResidueFile,
 )
-from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
 
 
@@ -31,15 +31,8 @@ class RawPosition(NamedTuple):
 
 
 class RawTail:
-    """Read the raw files of a flight folder, finished or still growing.
+    """Read the raw files of a flight folder, finished or still growing, or not yet there.
 
-    Parameters
-    ----------
-    folder : Path
-        The flight folder. It and its files may appear later.
-
-    Notes
-    -----
     The sequence of records depends on the files alone, not on when they are polled.
     """
 
@@ -53,7 +46,6 @@ class RawTail:
 
     @property
     def position(self) -> RawPosition:
-        """Return how many bytes of each file have been read."""
         return RawPosition(self._frames.position, self._lines.position, self._pieces.position)
 
     @property
@@ -66,18 +58,7 @@ class RawTail:
         return (self._pieces, self._lines, self._frames)
 
     def poll(self, limit: int | None = None) -> list[RawRecord]:
-        """Return the whole records that came since the last poll, merged by stamp.
-
-        Parameters
-        ----------
-        limit : int, optional
-            How many at most; the others come with the next poll.
-
-        Raises
-        ------
-        FlightError
-            If a file is there but cannot be read.
-        """
+        """Return the whole records since the last poll, merged by stamp; at most `limit`."""
         pieces, lines, frames = self._files
         while True:
             sizes = []
@@ -148,22 +129,9 @@ def _size(path: str) -> int:
 
 
 def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
-    """Read any ``.tlog``: MAVLink 1, 2 or both, from whichever ground station.
+    """Yield the frames of any ``.tlog``: MAVLink 1, 2 or both, from whichever ground station.
 
-    Parameters
-    ----------
-    damage : RawDamage, optional
-        Filled with what had to be stepped over.
-
-    Yields
-    ------
-    RawRecord
-        The frames in the order of the file.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read.
+    `damage` is filled with what had to be stepped over.
     """
     file = FrameFile(Path(path))
     if damage is not None:
@@ -181,13 +149,7 @@ def read_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[Raw
 
 
 def read_nonempty_tlog(path: Path | str, damage: RawDamage | None = None) -> Iterator[RawRecord]:
-    """Read a ``.tlog`` that is not growing; see `read_tlog`.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read, or holds no message at all.
-    """
+    """Read a ``.tlog`` that is not growing, and holds a message; see `read_tlog`."""
     found = False
     for record in read_tlog(path, damage):
         found = True

@@ -65,32 +65,14 @@ class WriterState:
 
 
 class RawWriter:
-    """Append to the raw files of a flight folder.
+    """Append to the raw files of a flight folder, which is made if missing.
 
-    Files that are there already are continued; an incomplete record at their end, which a power
-    cut or a killed recorder left, is cut off first.
+    Files that are there already are continued; an incomplete record at their end, which a power cut
+    or a killed recorder left, is cut off first. `last_stamp` is that of the last record there.
 
     Every batch is handed to the operating system at once. When the disk refuses, the newest
-    batches are kept in memory, and written in order as soon as there is room again.
-
-    Parameters
-    ----------
-    folder : Path
-        The flight folder; made if missing.
-    memory_bytes : int
-        How much to keep in memory while the disk refuses.
-    write : callable
-        ``os.write`` or its stand-in.
-
-    Attributes
-    ----------
-    last_stamp : int
-        Stamp of the last record that was there already; 0 for a new flight.
-
-    Raises
-    ------
-    FlightError
-        If the folder cannot be made or its files cannot be mended.
+    batches, up to `memory_bytes`, are kept in memory, and written in order as soon as there is room
+    again.
     """
 
     def __init__(
@@ -138,15 +120,7 @@ class RawWriter:
             ) from error
 
     def append(self, stamp_us: int, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
-        """Write what came at one time.
-
-        Parameters
-        ----------
-        stamp_us : int
-            Host microseconds, higher than that of the batch before.
-        items : sequence of MavlinkFrame, Residue or Line
-            As they came out of a framer.
-        """
+        """Write what came out of a framer at one time, host us, later than the batch before."""
         stamp = STAMP_STRUCT.pack(stamp_us)
         frames: list[bytes] = []
         lines: list[bytes] = []
@@ -189,19 +163,10 @@ class RawWriter:
             return False
 
     def move_to(self, folder: Path) -> bool:
-        """Go on in another folder, with all that can be read from the files that are open.
+        """Go on in another folder; return whether all that was written so far is there.
 
-        A file that was removed can be read for as long as it is open.
-
-        Returns
-        -------
-        bool
-            Whether all that was written so far is there.
-
-        Raises
-        ------
-        OSError
-            If that folder does not take it; everything is as before then.
+        A file that was removed can be read for as long as it is open. `OSError` if that folder does
+        not take it; everything is as before then.
         """
         targets: dict[str, int] = {}
         whole = True
@@ -236,11 +201,8 @@ class RawWriter:
     def sync(self, *, through: bool = False) -> None:
         """Flush to the disk; may be called from another thread.
 
-        Parameters
-        ----------
-        through : bool
-            Whether to empty the memory of the drive itself, too, which takes long on macOS and
-            guards against nothing but a power cut.
+        `through` empties the memory of the drive itself, too, which takes long on macOS and guards
+        against nothing but a power cut.
         """
         flush = flush_to_disk if through else os.fsync
         with self._closing:
@@ -279,7 +241,6 @@ class RawWriter:
             self._descriptors.clear()
 
     def _count_removed(self) -> None:
-        """Take for lost what is in files that nobody can open any more."""
         for name, descriptor in self._descriptors.items():
             found = os.fstat(descriptor)
             if found.st_nlink == 0:

@@ -15,8 +15,19 @@ from fastcrc import crc16
 from gsapp.decoding.dialect import WireFormat, wire_formats
 from gsapp.decoding.framing import MAGIC_1, MAGIC_2, MAX_FRAME_LENGTH, SIGNATURE_BYTES
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
-from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
+
+
+class RawRecord(NamedTuple):
+    """One record of a raw file."""
+
+    stamp_us: int
+    """Host time of arrival, microseconds since 1970 (UTC)."""
+    kind: Literal["frame", "line", "residue"]
+    """From ``raw.tlog``, ``raw.txt`` or ``residue.bin``."""
+    data: bytes
+    """A whole MAVLink frame, a text line without its end, or stray bytes."""
+
 
 STAMP_STRUCT: Final = Struct(">Q")
 RESIDUE_HEADER: Final = Struct(">QQI")
@@ -117,7 +128,6 @@ class RawFile:
         self.damage.torn = max(size - self.position, 0) if self.exhausted else 0
 
     def remaining_bytes(self, size: int) -> bytes:
-        """Return the bytes after the last whole record."""
         return self._bytes(size - self.position)
 
     def _bytes(self, count: int) -> bytes:

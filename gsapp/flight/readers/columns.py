@@ -9,10 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
+from gsapp.flight.readers.delimited_table import read_delimited_table, single_problem
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step
-from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
-from gsapp.foundation.name_suggestions import close_matches
+from gsapp.foundation import (
+    FileProblem,
+    FileProblemsError,
+    UnitError,
+    UnknownNameError,
+    UnmappedError,
+)
+from gsapp.foundation.name_suggestions import close_matches, format_names
 from gsapp.quantities import (
     CHANNELS,
     Block,
@@ -40,7 +47,6 @@ class FileColumn:
 
     @property
     def quantity(self) -> str:
-        """Return the key of the quantity."""
         return TIME if self.id == TIME else channel(self.id).quantity
 
     def to_si(self, values: FloatArray) -> FloatArray:
@@ -61,20 +67,10 @@ class ColumnFlight:
 
 
 def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColumn, ...]:
-    """Return the columns that header cells name.
-
-    Raises
-    ------
-    FileProblemsError
-        If a name is unknown, a unit does not fit, one is named twice, or there is no time.
-    """
+    """Return the columns that header cells name; all mistakes are named at once."""
     if all(_is_number(name) for name in names):
-        problem = FileProblem(
-            where=where,
-            what="contains numbers instead of column names",
-            remedy="start with a header such as 'time [s],alpha [deg],q [deg/s]'",
-        )
-        raise FileProblemsError(path, [problem])
+        remedy = "start with a header such as 'time [s],alpha [deg],q [deg/s]'"
+        raise single_problem(path, where, "contains numbers instead of column names", remedy)
     problems: list[FileProblem] = []
     columns: list[FileColumn] = []
     seen: dict[str, int] = {}
@@ -103,16 +99,11 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
                 remedy="add one headed 'time [s]'",
             )
         )
-    if not problems and len(columns) == 1:
-        problems.append(
-            FileProblem(
-                where=where,
-                what="time without any channel",
-                remedy="add columns such as 'q [deg/s]'",
-            )
-        )
     if problems:
         raise FileProblemsError(path, problems)
+    if len(columns) == 1:
+        remedy = "add columns such as 'q [deg/s]'"
+        raise single_problem(path, where, "time without any channel", remedy)
     return tuple(columns)
 
 
@@ -131,15 +122,7 @@ def is_foreign_header(names: Sequence[str]) -> bool:
 
 
 def parse_name(name: str) -> FileColumn:
-    """Read ``alpha [deg]``.
-
-    Raises
-    ------
-    UnknownNameError
-        If no channel has that id; near ones are named.
-    UnitError
-        If the unit does not express the channel.
-    """
+    """Read ``alpha [deg]``; near names of an unknown one are told."""
     match = _CELL.fullmatch(name.strip())
     if match is None:
         raise UnknownNameError(
@@ -198,19 +181,9 @@ def _is_number(text: str) -> bool:
 
 
 def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> None:
-    """Check that every row has a time, later than that of the row before.
+    """Check that every row has a time (s), later than the one before; name the first that have not.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        s.
-    where : callable
-        Gives the place of a row in the file, in words.
-
-    Raises
-    ------
-    FileProblemsError
-        If times are missing, repeat or go back; the first of each are named.
+    `where` gives the place of a row in the file, in words.
     """
     problems = [
         FileProblem(
@@ -222,46 +195,26 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
     ]
     steps = np.diff(times)
     for row in np.flatnonzero(steps <= 0.0)[:_FIRST].tolist():
-        same = steps[row] == 0.0
-        problems.append(
-            FileProblem(
-                where=where(row + 1),
-                what="repeats the time of the row before"
-                if same
-                else f"goes back from {times[row]:.9g} s to {times[row + 1]:.9g} s",
-                remedy="keep one of the two rows"
-                if same
-                else "sort the rows by time, or cut the file where the clock restarted",
-            )
-        )
+        what = f"goes back from {times[row]:.9g} s to {times[row + 1]:.9g} s"
+        remedy = "sort the rows by time, or cut the file where the clock restarted"
+        if steps[row] == 0.0:
+            what, remedy = "repeats the time of the row before", "keep one of the two rows"
+        problems.append(FileProblem(where=where(row + 1), what=what, remedy=remedy))
     if problems:
         raise FileProblemsError(path, problems)
     check_spacing(path, times, where(0))
 
 
 def check_spacing(path: Path, times: FloatArray, where: str) -> None:
-    """Check that samples do not follow quicker than any instrument takes them.
+    """Check that samples do not follow quicker than any instrument takes them, times in s.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Increasing, s.
-    where : str
-        The place of the times in the file, in words.
-
-    Raises
-    ------
-    FileProblemsError
-        If they do, as where a program counts time in days.
+    They do where a program counts time in days.
     """
     step = median_step(times)
     if step * FLIGHT_DATA.max_sample_rate < 1.0:
-        problem = FileProblem(
-            where=where,
-            what=f"the samples would follow every {step:.2g} s",
-            remedy="is the time in days or hours? write it in the stated unit",
-        )
-        raise FileProblemsError(path, [problem])
+        remedy = "is the time in days or hours? write it in the stated unit"
+        what = f"the samples would follow every {step:.2g} s"
+        raise single_problem(path, where, what, remedy)
 
 
 def build_flight_from_columns(
@@ -269,17 +222,8 @@ def build_flight_from_columns(
 ) -> ColumnFlight:
     """Make a flight of arrays that are named by channel and state their units.
 
-    Parameters
-    ----------
-    arrays : mapping of str to ndarray
-        By ``alpha``, by ``q_2`` for ``q.2``, or by ``alpha [deg]``.
-    units : mapping of str to str
-        Units by the same names, where the name itself does not state one.
-
-    Raises
-    ------
-    FileProblemsError
-        If names or units are wrong, lengths differ, or times do not increase.
+    Arrays are called ``alpha``, ``q_2`` for ``q.2``, or ``alpha [deg]``; `units` has those that the
+    name itself does not state.
     """
     names = list(arrays)
     headers = [
@@ -287,7 +231,7 @@ def build_flight_from_columns(
         for name in names
     ]
     columns = parse_header(path, "names", headers)
-    place = next(index for index, column in enumerate(columns) if column.id == TIME)
+    place = _time_index(columns)
     size = arrays[names[place]].size
     wrong = [
         FileProblem(
@@ -301,18 +245,37 @@ def build_flight_from_columns(
     if wrong:
         raise FileProblemsError(path, wrong)
     if not size:
-        problem = FileProblem(where=names[place], what="is empty", remedy="export again")
-        raise FileProblemsError(path, [problem])
-    times = columns[place].to_si(arrays[names[place]])
-    check_times(path, times, lambda row: f"{names[place]}, sample {row + 1}")
-    channels = [index for index in range(len(columns)) if index != place]
-    values = np.empty((size, len(channels)))
-    for target, index in enumerate(channels):
-        values[:, target] = columns[index].to_si(arrays[names[index]])
-    block = Block(
-        channels=tuple(columns[index].id for index in channels), times=times, values=values
+        raise single_problem(path, names[place], "is empty", "export again")
+    block = _build_block(
+        path,
+        columns,
+        lambda index: arrays[names[index]],
+        lambda row: f"{names[place]}, sample {row + 1}",
     )
     return ColumnFlight(block=block, columns=columns)
+
+
+def _build_block(
+    path: Path,
+    columns: Sequence[FileColumn],
+    samples: Callable[[int], FloatArray],
+    where: Callable[[int], str],
+) -> Block:
+    place = _time_index(columns)
+    times = columns[place].to_si(samples(place))
+    check_times(path, times, where)
+    channels = [index for index in range(len(columns)) if index != place]
+    # Column by column into the array that stays, so that a long flight is held only once more.
+    values = np.empty((times.size, len(channels)))
+    for target, index in enumerate(channels):
+        values[:, target] = columns[index].to_si(samples(index))
+    return Block(
+        channels=tuple(columns[index].id for index in channels), times=times, values=values
+    )
+
+
+def _time_index(columns: Sequence[FileColumn]) -> int:
+    return next(index for index, column in enumerate(columns) if column.id == TIME)
 
 
 def _channel_of(name: str) -> str:
@@ -321,3 +284,24 @@ def _channel_of(name: str) -> str:
     if match is None or name in CHANNELS or match["base"] not in CHANNELS:
         return name
     return f"{match['base']}.{match['number']}"
+
+
+def read_flight_csv(path: Path | str) -> ColumnFlight:
+    """Read a Flight CSV; cells that are empty or ``nan`` are missing samples."""
+    table = read_delimited_table(path)
+    if is_foreign_header(table.names):
+        raise UnmappedError(
+            f"{path} does not assign columns to channels and units; give a channel map of "
+            "format 'table' with --map, or start with a header such as 'time [s],alpha [deg],q "
+            f"[deg/s]'. Columns: {format_names(table.names, 12)}"
+        )
+    columns = parse_header(table.path, f"line {table.header_line}", table.names)
+    values, lines = table.numbers()
+    place = _time_index(columns)
+    block = _build_block(
+        table.path,
+        columns,
+        lambda index: values[:, index],
+        lambda row: f"line {lines[row]}, column {place + 1} ({table.names[place]})",
+    )
+    return ColumnFlight(block=block, columns=columns, remarks=table.remarks)

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
@@ -93,24 +93,11 @@ class _Format:
 
 
 def read_dataflash(path: Path | str) -> ForeignLog:
-    """Read an ArduPilot ``.bin`` log.
+    """Read an ArduPilot ``.bin`` log: all messages that are measured; ``MSG`` becomes events.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file. Damaged stretches are passed over and remarked on.
-
-    Returns
-    -------
-    ForeignLog
-        All messages that are measured; ``MSG`` becomes events. Values in the units that the log
-        states: raw value times the multiplier of FMTU where there is one, else times the factor of
-        the format letter.
-
-    Raises
-    ------
-    FlightError
-        If the file cannot be read, or holds no format description.
+    Damaged stretches are passed over and remarked on. Values are in the units that the log states:
+    raw value times the multiplier of FMTU where there is one, else times the factor of the format
+    letter.
     """
     file = Path(path)
     try:
@@ -155,13 +142,7 @@ def _read(file: Path, data: bytes) -> ForeignLog:
 def _scan(
     data: bytes,
 ) -> tuple[dict[int, list[int]], dict[int, _Format], int, bool]:
-    """Find every whole record.
-
-    Returns
-    -------
-    tuple
-        Positions of the records of each type, the formats, bytes lost, whether the end is torn.
-    """
+    """Find all whole records: places by type, formats, bytes lost, whether the end is torn."""
     lengths = [0] * 256
     lengths[_FMT] = _FMT_LENGTH
     formats: dict[int, _Format] = {}
@@ -210,7 +191,6 @@ def _is_whole_record(data: bytes, place: int, lengths: list[int]) -> bool:
 
 
 def _next_whole_record(data: bytes, start: int, lengths: list[int]) -> int:
-    """Return where the next whole record stands, or the end."""
     place = data.find(_HEADER, start)
     while place >= 0 and not _is_whole_record(data, place, lengths):
         place = data.find(_HEADER, place + 1)
@@ -298,7 +278,6 @@ class _Scales:
         return _LETTERS[form.letters[column]][1]
 
     def unit(self, form: _Format, column: int) -> str:
-        """Return the unit that the log states for a column, or nothing."""
         ids, _ = self.columns.get(form.type, ("", ""))
         return self.units.get(ids[column], "") if column < len(ids) else ""
 

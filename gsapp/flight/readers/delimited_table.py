@@ -47,24 +47,10 @@ class DelimitedTable:
     """What was lost, in words."""
 
     def numbers(self, columns: Sequence[int] | None = None) -> tuple[FloatArray, list[int]]:
-        """Parse columns as numbers; empty cells are NaN.
+        """Parse columns, by default all, as numbers; empty cells are NaN.
 
-        Parameters
-        ----------
-        columns : sequence of int, optional
-            Which, from 0; all if left out. The others may hold anything.
-
-        Returns
-        -------
-        values : ndarray, shape (n, n_columns)
-            The numbers.
-        line_numbers : list of int, length n
-            Line of each row in the file, for messages.
-
-        Raises
-        ------
-        FileProblemsError
-            If rows differ in length from the header, or cells are not numbers.
+        The other columns may hold anything. Returns the numbers, shape (n, n_columns), and the line
+        of each row in the file.
         """
         chosen = list(range(len(self.names))) if columns is None else list(columns)
         every = chosen == list(range(len(self.names)))
@@ -98,7 +84,7 @@ class DelimitedTable:
                 )
             raise FileProblemsError(self.path, problems)
         if not line_numbers:
-            raise _one_problem(
+            raise single_problem(
                 self.path,
                 "file",
                 "has a header but no rows",
@@ -163,12 +149,6 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
     before the header that are blank or begin with ``#``, and one that tells a spreadsheet the
     separator (``sep=,``), are passed over. A last line that was torn off is left out and remarked
     on.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file cannot be read, is empty, is not text, or is separated by something other
-        than commas.
     """
     file = Path(path)
     data = _content(file)
@@ -182,7 +162,7 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
         None,
     )
     if header is None:
-        raise _one_problem(
+        raise single_problem(
             file,
             "file",
             "is empty",
@@ -211,7 +191,8 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
     )
 
 
-def _one_problem(path: Path, where: str, what: str, remedy: str) -> FileProblemsError:
+def single_problem(path: Path, where: str, what: str, remedy: str) -> FileProblemsError:
+    """Return the error of one problem."""
     return FileProblemsError(path, [FileProblem(where=where, what=what, remedy=remedy)])
 
 
@@ -219,18 +200,18 @@ def _content(path: Path) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise _one_problem(
+        raise single_problem(
             path,
             "file",
             f"cannot be read ({error.strerror})",
             "check the path and the permissions",
         ) from error
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise _one_problem(path, "file", "is UTF-16 text", "save it as CSV UTF-8")
+        raise single_problem(path, "file", "is UTF-16 text", "save it as CSV UTF-8")
     data = data.removeprefix(b"\xef\xbb\xbf")
     zero = data.find(b"\0")
     if zero >= 0:
-        raise _one_problem(
+        raise single_problem(
             path,
             f"byte {zero + 1}",
             "is a zero byte, so the file is not text",
@@ -267,7 +248,7 @@ def _check_comma_separated(path: Path, line: int, header: str, body: Sequence[st
             remedy = "separate the cells by commas"
             if decimal:
                 remedy += " and write decimal points"
-            raise _one_problem(
+            raise single_problem(
                 path, f"line {line}", f"the cells are separated by {name}{decimal}", remedy
             )
 

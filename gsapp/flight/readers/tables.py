@@ -5,18 +5,124 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
 from gsapp.flight.readers.columns import check_spacing
-from gsapp.flight.readers.delimited_table import DelimitedTable, read_delimited_table
-from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
-from gsapp.flight.readers.matlab import read_mat_columns
-from gsapp.flight.readers.parquet import read_parquet_columns
-from gsapp.foundation import FileProblem, FileProblemsError, UnitError
+from gsapp.flight.readers.delimited_table import (
+    DelimitedTable,
+    read_delimited_table,
+    single_problem,
+)
+from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import FloatArray, normalize_unit, to_si
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_HDF5_AT = 512
+
+
+def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Read the arrays of numbers of a ``.mat`` file, and the texts of a structure ``units``.
+
+    By variable, shape (n,) or (n, k), rows for time; a member of a structure is ``gyro.q``, one of
+    the second in an array of structures ``gyro[1].q``. Version 7.3, which is HDF5, is refused.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(_HDF5_AT + len(_HDF5))
+    except OSError as error:
+        raise FlightError(
+            f"{file} cannot be read ({error.strerror}); check the path and the permissions"
+        ) from error
+    if head.startswith((b"MATLAB 7.3", _HDF5)) or head[_HDF5_AT:] == _HDF5:
+        raise FlightError(
+            f"{file} is of version 7.3, which is HDF5; in MATLAB save it with "
+            "save('file.mat', '-v7')"
+        )
+    if not head.startswith(b"MATLAB 5.0"):
+        raise FlightError(f"{file} is not a MATLAB .mat file of version 5 to 7; name another file")
+    from scipy.io import loadmat  # a tenth of a second
+
+    try:
+        content = loadmat(file, simplify_cells=True)
+    except Exception as error:
+        # A damaged file makes SciPy's parser raise whatever it stumbles over.
+        raise FlightError(
+            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
+            "save('file.mat', '-v7')"
+        ) from error
+    columns: dict[str, FloatArray] = {}
+    stated = content.pop("units", None)
+    units = (
+        {str(name): text for name, text in stated.items() if isinstance(text, str)}
+        | {str(name): "" for name, text in stated.items() if _is_empty(text)}
+        if isinstance(stated, Mapping)
+        else {}
+    )
+    _collect("", {k: v for k, v in content.items() if not k.startswith("__")}, columns)
+    return columns, units
+
+
+def _is_empty(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.size == 0
+
+
+def _collect(prefix: str, content: Mapping[str, Any], columns: dict[str, FloatArray]) -> None:
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            _collect(f"{prefix}{name}.", value, columns)
+        elif isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
+            for place, one in enumerate(value):
+                _collect(f"{prefix}{name}[{place}].", one, columns)
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            columns[prefix + name] = np.array([value], dtype=np.float64)
+        elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and 1 <= value.ndim <= 2:
+            columns[prefix + name] = value.astype(np.float64)
+
+
+def read_parquet_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Read the columns of numbers of a Parquet file, shape (n,), and the ``unit`` of each.
+
+    Null becomes NaN. Columns of text and times of day are passed over.
+    """
+    file = Path(path)
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise FlightError(
+            "reading Parquet needs pyarrow, which is not installed; install it with "
+            "'pip install gsapp-ground-station[parquet]'"
+        ) from error
+    try:
+        # Through a handle: given a path, Arrow would also read folders and other places.
+        with file.open("rb") as stream:
+            table = parquet.read_table(stream)
+    except (OSError, pyarrow.ArrowException) as error:
+        raise FlightError(
+            f"{file} cannot be read as Parquet ({_first_line(error)}); write it again"
+        ) from error
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if not (pyarrow.types.is_floating(field.type) or pyarrow.types.is_integer(field.type)):
+            continue
+        numbers = column.cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+        columns[field.name] = np.array(numbers, dtype=np.float64)
+        metadata: dict[bytes, bytes] = field.metadata or {}
+        if b"unit" in metadata:
+            units[field.name] = metadata[b"unit"].decode("utf-8", "replace")
+    return columns, units
+
+
+def _first_line(error: Any) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__
+
 
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]()]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
@@ -24,27 +130,10 @@ _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
 def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
-    """Read the columns that a channel map of format ``table`` names.
+    """Read the columns of a file (CSV, ``.mat``, Parquet) that a map of format ``table`` names.
 
-    Parameters
-    ----------
-    path : Path or str
-        A ``.csv``, ``.mat`` or ``.parquet`` file.
-    channel_map : ChannelMap
-        Which columns; the others may hold anything.
-
-    Returns
-    -------
-    ForeignLog
-        One table for each clock: ``("table", "")`` for that of the map, ``("table", name)`` for
-        a channel whose entry names its own.
-
-    Raises
-    ------
-    FileProblemsError
-        If columns are missing or not numbers; near names are proposed.
-    FlightError
-        If the file cannot be read.
+    The others may hold anything. One table for each clock: ``("table", "")`` for that of the map,
+    ``("table", name)`` for a channel whose entry names its own.
     """
     file = Path(path)
     names, fetch, remarks = _open_table(file)
@@ -107,7 +196,6 @@ Fetch = Callable[[Sequence[str]], Mapping[str, FloatArray]]
 
 
 def _open_table(file: Path) -> tuple[tuple[str, ...], Fetch, list[str]]:
-    """Return the names of the columns, and what reads some of them."""
     ending = file.suffix.casefold()
     if ending in (".mat", ".parquet"):
         columns, _ = read_mat_columns(file) if ending == ".mat" else read_parquet_columns(file)
@@ -123,7 +211,6 @@ def _numbers(table: DelimitedTable, names: Sequence[str]) -> dict[str, FloatArra
 
 
 def _requested_columns(channel_map: ChannelMap) -> dict[str, list[str]]:
-    """Return the columns wanted, by the clock that their entries name."""
     wanted: dict[str, list[str]] = {}
     for entry in channel_map.entries:
         wanted.setdefault(entry.time or "", []).extend(ref.field for ref in entry.inputs)
@@ -154,15 +241,9 @@ def _missing(names: Sequence[str], wanted: Sequence[str]) -> list[FileProblem]:
     for name in dict.fromkeys(wanted):
         if _column(names, name) in names:
             continue
-        problems.append(
-            FileProblem(
-                where=name,
-                what="is no column of this file",
-                remedy=did_you_mean(
-                    name, names, f"it has: {format_names(names, 20) or 'no numbers at all'}", most=1
-                ),
-            )
-        )
+        listed = f"it has: {format_names(names, 20) or 'no numbers at all'}"
+        remedy = did_you_mean(name, names, listed, most=1)
+        problems.append(FileProblem(where=name, what="is no column of this file", remedy=remedy))
     return problems
 
 
@@ -190,9 +271,5 @@ def _clock(
                 return name, normalize_unit(unit, "time") if unit else channel_map.table_time_unit
             except UnitError:
                 continue
-    problem = FileProblem(
-        where="time",
-        what=f"no column is called time, among {', '.join(names[:20])}",
-        remedy='name it in the channel map: time = "..."',
-    )
-    raise FileProblemsError(file, [problem])
+    what = f"no column is called time, among {', '.join(names[:20])}"
+    raise single_problem(file, "time", what, 'name it in the channel map: time = "..."')

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import BoolArray, ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
+from gsapp.quantities import BoolArray, FloatArray
 
 _MAGIC = b"ULog\x01\x12\x35"
 _HEADER = 16
@@ -23,24 +23,9 @@ _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
 def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> ForeignLog:
-    """Read a PX4 ``.ulg`` log.
+    """Read a PX4 ``.ulg`` log: one table for each topic (by default all) and instance.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file. A torn end and damaged stretches are passed over and remarked on.
-    wanted : collection of str, optional
-        Names of the topics to decode; all if left out.
-
-    Returns
-    -------
-    ForeignLog
-        One table for each topic and instance.
-
-    Raises
-    ------
-    FlightError
-        If pyulog is not installed, the file cannot be read, or it is not a ULog.
+    A torn end and damaged stretches are passed over and remarked on.
     """
     file = Path(path)
     try:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.flight.raw_files import FRAMES_FILE, LINES_FILE, RAW_FILES, RawTail, read_nonempty_tlog
-from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_kinds import LinkAddress

@@ -1,4 +1,4 @@
-"""Resampling and zero-phase filtering of uneven, gappy records.
+"""Cut, merge, resample, filter, rename: what a record goes through between tools.
 
 Filtering after the fact shifts phase unless it runs both ways (notes, section 6). Missing samples
 stay missing: each stretch without a gap is treated by itself.
@@ -6,17 +6,103 @@ stay missing: each stretch without a gap is treated by itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Literal
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from gsapp.flight.settings import FLIGHT_DATA
-from gsapp.flight.uniform_grid import median_step
+from gsapp.flight.uniform_grid import median_step, overlay_on_grid
 from gsapp.foundation import FlightError
-from gsapp.quantities import CIRCULAR_CHANNELS, STEPWISE_CHANNELS, Block, FloatArray, base_id
+from gsapp.quantities import (
+    CIRCULAR_CHANNELS,
+    STEPWISE_CHANNELS,
+    Block,
+    FloatArray,
+    base_id,
+    channel,
+)
+
+
+class TimeWindow(NamedTuple):
+    """From the first to the last time kept, s of flight time; both are kept."""
+
+    start: float
+    stop: float
+
+
+def parse_time_window(text: str) -> TimeWindow:
+    """Read ``START:STOP``, seconds; either may be empty for the end of the flight."""
+    first, separator, last = text.partition(":")
+    try:
+        start = float(first) if first.strip() else -math.inf
+        stop = float(last) if last.strip() else math.inf
+    except ValueError:
+        separator = ""
+    if not separator or not start < stop:
+        raise FlightError(
+            f"'{text}' is not a window of time; write START:STOP in seconds, the earlier first, "
+            "such as 120.5:131"
+        )
+    return TimeWindow(start, stop)
+
+
+def cut_windows(block: Block, windows: Sequence[TimeWindow]) -> Block:
+    """Keep what lies in any of the windows, each of which must hold a sample.
+
+    One missing row is left between two windows that do not touch, so that nothing later takes them
+    for one stretch. Times stay as they are.
+    """
+    times = block.times
+    kept = np.zeros(times.size, dtype=bool)
+    for window in windows:
+        inside = (times >= window.start - 1e-9) & (times <= window.stop + 1e-9)
+        if not inside.any():
+            whole = f"{times[0]:g} to {times[-1]:g} s" if times.size else "no duration"
+            raise FlightError(
+                f"no sample lies from {window.start:g} to {window.stop:g} s; the flight covers "
+                f"{whole}"
+            )
+        kept |= inside
+    rows = np.flatnonzero(kept)
+    after = rows[:-1][np.diff(rows) > 1] + 1
+    with_gaps = np.union1d(rows, after)
+    values = block.values[with_gaps].copy()
+    values[np.isin(with_gaps, after)] = np.nan
+    return Block(channels=block.channels, times=times[with_gaps], values=values)
+
+
+def rename_channels(block: Block, names: Mapping[str, str]) -> Block:
+    """Give channels, by their old ids, other ids of the vocabulary; two may be swapped.
+
+    `FlightError` if two would have one id, or the new one measures another quantity.
+    """
+    for old, new in names.items():
+        block[old]
+        if channel(old).quantity != channel(new).quantity:
+            raise FlightError(
+                f"{old} measures {channel(old).quantity} and {new} {channel(new).quantity}; "
+                "rename it to a channel of the same quantity"
+            )
+    renamed = tuple(names.get(name, name) for name in block.channels)
+    if len(set(renamed)) != len(renamed):
+        double = next(name for name in renamed if renamed.count(name) > 1)
+        raise FlightError(
+            f"after renaming two channels would be called {double}; rename the other one too, "
+            f"to {double}.2 for a second sensor"
+        )
+    return Block(channels=renamed, times=block.times, values=block.values)
+
+
+def drop_channels(block: Block, names: Sequence[str]) -> Block:
+    """Leave channels out."""
+    for name in names:
+        block[name]
+    return block.select([name for name in block.channels if name not in names])
+
 
 _MOST_NUMBERS = 500_000_000
 """Samples of all channels that still fit into the memory of a field laptop, 4 GB."""
@@ -25,21 +111,11 @@ Interpolation = Literal["linear", "cubic"]
 
 
 def low_pass(block: Block, corner: float) -> Block:
-    """Filter every channel both ways with a fourth-order Butterworth low-pass.
+    """Filter every channel both ways with a fourth-order Butterworth low-pass, corner in Hz.
 
     Both ways makes eight orders and no shift of phase; the corner is where 3 dB are lost after
-    both. A stretch too short for the filter to settle in is left out (missing). Switches and
-    counts stay as they are.
-
-    Parameters
-    ----------
-    corner : float
-        Hz.
-
-    Raises
-    ------
-    FlightError
-        If the corner does not lie below half the sample rate.
+    both. It lies below half the sample rate. A stretch too short for the filter to settle in is
+    left out (missing). Switches and counts stay as they are.
     """
     rate = 1.0 / median_step(block.times)
     if not 0.0 < corner < 0.5 * rate:
@@ -136,7 +212,6 @@ def resample(
 
 
 def _gap_free_segments(times: FloatArray, samples: FloatArray) -> Iterator[np.ndarray]:
-    """Yield the rows of each stretch of samples without a gap."""
     there = np.flatnonzero(np.isfinite(samples))
     if not there.size:
         return
@@ -166,9 +241,71 @@ def _unwrap_angles(name: str, samples: FloatArray) -> FloatArray:
 
 
 def _wrap_angles(name: str, samples: FloatArray, given: FloatArray) -> FloatArray:
-    """Return angles in the turn that the channel was given in."""
     if base_id(name) not in CIRCULAR_CHANNELS:
         return samples
     start = 0.0 if given.min() >= 0.0 and given.max() > np.pi else -np.pi
     wound: FloatArray = (samples - start) % (2.0 * np.pi) + start
     return wound
+
+
+Conflict = Literal["first", "last", "both"]
+"""Which record wins where two have the same channel; ``both`` keeps the second as ``.2``."""
+
+
+def shift_time(block: Block, seconds: float) -> Block:
+    """Return a block with a time added to its own."""
+    return Block(channels=block.channels, times=block.times + seconds, values=block.values)
+
+
+def merge_records(
+    blocks: Sequence[Block], *, conflict: Conflict = "first", rate: float | None = None
+) -> Block:
+    """Merge records of one flight by time, by default at the rate of the quickest one.
+
+    Where two have a channel, the samples of the winner, ``first`` or ``last``, count and the other
+    fills its holes; or ``both`` are kept, the later ones as a second sensor.
+    """
+    if not any(len(block) for block in blocks):
+        raise FlightError("the flights contain no samples; nothing to merge")
+    if rate is None:
+        rate = max(1.0 / median_step(block.times) for block in blocks if len(block) > 1)
+    on_grid = [resample(block, rate, corner=0.0) for block in blocks]
+    if conflict == "both":
+        on_grid = _number_repeated_channels(on_grid)
+    merged = overlay_on_grid(on_grid if conflict == "last" else on_grid[::-1], rate)
+    return merged.select(list(dict.fromkeys(n for block in on_grid for n in block.channels)))
+
+
+def append_records(blocks: Sequence[Block], *, pause: float = 10.0) -> Block:
+    """Put records one after the other, a pause (s) without samples between them.
+
+    Of the same channels or not; what one lacks is missing there.
+    """
+    filled = [block for block in blocks if len(block)]
+    if not filled:
+        raise FlightError("the flights contain no samples; nothing to append")
+    rate = 1.0 / median_step(filled[0].times)
+    parts: list[Block] = []
+    end = None
+    for block in filled:
+        moved = block if end is None else shift_time(block, end + pause - float(block.times[0]))
+        parts.append(resample(moved, rate, corner=0.0))
+        end = float(moved.times[-1])
+    return overlay_on_grid(parts, rate)
+
+
+def _number_repeated_channels(blocks: Sequence[Block]) -> list[Block]:
+    """Give each repetition of a channel the next free number."""
+    taken: set[str] = set()
+    renamed: list[Block] = []
+    for block in blocks:
+        names = []
+        for name in block.channels:
+            base, number, new = name.partition(".")[0], 1, name
+            while new in taken:
+                number += 1
+                new = f"{base}.{number}"
+            taken.add(new)
+            names.append(new)
+        renamed.append(Block(channels=tuple(names), times=block.times, values=block.values))
+    return renamed
