@@ -14,8 +14,7 @@ from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
-    from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief import EvaluatedManeuver, FlightTrend
+    from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
     from gsapp.flight.catalog import CardScore, Catalog
     from gsapp.session import Session
 

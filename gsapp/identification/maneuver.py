@@ -24,9 +24,9 @@ from gsapp.flight.maneuvers.dead_instruments import (
     dead_instruments_text,
     find_dead_instruments,
     is_at_range_limit,
+)
 from gsapp.flight.maneuvers.flight_maneuvers import FlightManeuvers, ground_window_text
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, assumed_aircraft_text, find_aircraft
-)
 from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
 from gsapp.identification.preparation_settings import PREPARATION

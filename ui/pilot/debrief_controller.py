@@ -21,8 +21,7 @@ from ui.settings import SettingsStore, catalog_path
 from ui.translation import tr
 
 if TYPE_CHECKING:
-    from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief import FlightTrend
+    from gsapp.excitation.debrief import Debrief, FlightTrend
     from ui.pilot.debrief_page import DebriefPage
 
 

@@ -37,8 +37,7 @@ from gsapp.identification.statistics import (
     noise_autocovariance,
 )
 from gsapp.identification.statistics.bounds import invert_information
-from gsapp.identification.statistics.correlation import default_lags
-from gsapp.identification.statistics.correlation import STATISTICS
+from gsapp.identification.statistics.correlation import STATISTICS, default_lags
 from gsapp.quantities import FloatArray
 
 _USUAL_NOISE: Final = {
