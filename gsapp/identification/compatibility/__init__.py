@@ -7,6 +7,11 @@ from gsapp.identification.compatibility.compatibility_check import (
     RECONSTRUCTED_CHANNELS,
     check_compatibility,
 )
+from gsapp.identification.compatibility.error_selection import (
+    VanePosition,
+    at_found_positions,
+    find_vane_positions,
+)
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
@@ -30,5 +35,8 @@ __all__ = [
     "InstrumentParameter",
     "InstrumentVerdict",
     "SensorComparison",
+    "VanePosition",
+    "at_found_positions",
     "check_compatibility",
+    "find_vane_positions",
 ]

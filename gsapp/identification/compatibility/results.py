@@ -10,7 +10,15 @@ from gsapp.identification.results import ResponseFit, ResponseHistory
 
 InstrumentParameterStatus = Literal["estimated", "not-observable"]
 InstrumentVerdictKind = Literal[
-    "reversed", "exchanged", "bias", "scale", "delay", "stuck", "disagreement", "unexplained"
+    "reversed",
+    "exchanged",
+    "bias",
+    "scale",
+    "delay",
+    "position",
+    "stuck",
+    "disagreement",
+    "unexplained",
 ]
 SignStatus = Literal["right", "reversed", "not-observable"]
 
@@ -19,7 +27,8 @@ SignStatus = Literal["right", "reversed", "not-observable"]
 class InstrumentParameter:
     """One error of one instrument.
 
-    The instrument shows ``scale * truth(t - delay) + bias``.
+    The instrument shows ``scale * truth(t - delay) + bias``; a position (m) is how far its vane is
+    ahead of where the aircraft file puts it.
 
     Attributes
     ----------

@@ -10,6 +10,7 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.provenance import InputFile
 from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.compatibility import VanePosition
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import CampaignSummary
@@ -38,6 +39,8 @@ class RunOutcome:
         model.
     number : int or None
         In the catalog; None where it was not kept.
+    vanes : tuple of VanePosition
+        Vanes that were used at another position than the aircraft file's.
     inputs : tuple of InputFile
         Flights and files that went in, with their sums when they were read.
     versions : mapping of str to str
@@ -55,6 +58,7 @@ class RunOutcome:
     models: Mapping[LinearAxis, LinearModel] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     number: int | None = None
+    vanes: tuple[VanePosition, ...] = ()
     inputs: tuple[InputFile, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     flights: tuple[FlightEntry, ...] = ()

@@ -14,6 +14,11 @@ from gsapp.flight.maneuvers import uncalibrated_text
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.campaign import CampaignProgressCallback, run_campaign
+from gsapp.identification.compatibility import (
+    VanePosition,
+    at_found_positions,
+    find_vane_positions,
+)
 from gsapp.identification.runs.flight_cache import CachedFlight, FlightCache
 from gsapp.identification.runs.inputs import (
     flight_open_requests,
@@ -92,7 +97,13 @@ def execute_run(
         if file is None
         else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
     )
-    result = run_campaign(in_requested_order(request, flown), used, progress=progress)
+    cut = in_requested_order(request, flown)
+    vanes: tuple[VanePosition, ...] = ()
+    if request.vane_positions == "find":
+        if doing is not None:
+            doing("comparing instruments")
+        vanes = find_vane_positions(cut)
+    result = run_campaign([at_found_positions(one, vanes) for one in cut], used, progress=progress)
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
@@ -118,8 +129,17 @@ def execute_run(
         summary=summary,
         models=models,
         remarks=tuple(
-            dict.fromkeys((*_duplicate_flight_warnings(shelved), *doubts, *read, *why_not))
+            dict.fromkeys(
+                (
+                    *_duplicate_flight_warnings(shelved),
+                    *(one.text for one in vanes),
+                    *doubts,
+                    *read,
+                    *why_not,
+                )
+            )
         ),
+        vanes=vanes,
         inputs=input_files(request, shelved),
         versions=run_versions(),
         uncalibrated=tuple(
