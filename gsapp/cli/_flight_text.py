@@ -151,7 +151,14 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
 
     opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
     content: dict[str, Any] = campaign_json(outcome.result)
-    return content | {"calibration": calibration_json(one.flight for one in opened)}
+    vanes = {
+        one.channel: {"ahead": one.ahead, "std": one.std, "position": list(one.position)}
+        for one in outcome.vanes
+    }
+    return content | {
+        "vanes": vanes,
+        "calibration": calibration_json(one.flight for one in opened),
+    }
 
 
 def check_fitted(outcome: RunOutcome) -> None:

@@ -162,6 +162,11 @@ class EstimateSettings(ManeuverSettings, FitSettings):
         "Also fit all maneuvers of an axis jointly. Takes longer; helps where single maneuvers "
         "are weak.",
         option="--joint")
+    vane_positions: Literal["find", "file"] = setting(
+        "find", "Vane positions",
+        "find: where the flow vanes contradict the other instruments, use the position at which "
+        "they agree and say so; file: use the aircraft file's.",
+        option="--vane-positions", choices=(("find", "Find"), ("file", "As in the aircraft file")))
     weights: str = setting(
         "", "Weights",
         "Weights of the responses, such as the shipped table-6.2.7; by default the noise is "

@@ -2,6 +2,7 @@
 
 import warnings
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,13 @@ from scipy.spatial.transform import Rotation
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.compatibility import CompatibilitySettings, check_compatibility
+from gsapp.identification.compatibility import (
+    CompatibilitySettings,
+    VanePosition,
+    at_found_positions,
+    check_compatibility,
+    find_vane_positions,
+)
 from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
 from gsapp.identification.compatibility.results import format_error_with_bound
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
@@ -68,6 +75,37 @@ def test_errors_are_recovered_within_their_bounds() -> None:
     every = np.concatenate([np.array(values) for values in ratios.values()])
     assert 0.8 < np.sqrt(np.mean(every**2)) < 1.3
     assert np.abs(every).max() < 5.0
+
+
+def at_wrong_position(maneuver: Maneuver, alpha: float, beta: float) -> Maneuver:
+    """Return a maneuver whose aircraft file puts the vanes so far behind where they are, m."""
+    vanes = [
+        VanePosition(channel=name, ahead=-ahead, std=0.0, position=(0.0, 0.0, 0.0))
+        for name, ahead in (("alpha", alpha), ("beta", beta))
+    ]
+    return at_found_positions(maneuver, vanes)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_vanes_are_found_where_they_are(
+    flown_short: Callable[[int], VirtualFlight], seed: int
+) -> None:
+    maneuvers = maneuvers_of(flown_short(seed))
+    assert find_vane_positions(maneuvers) == ()
+    wrong = [at_wrong_position(one, 1.0, 0.8) for one in maneuvers]
+    alpha, beta = find_vane_positions(wrong)
+    assert alpha.ahead == pytest.approx(1.0, abs=4.0 * alpha.std)
+    assert beta.ahead == pytest.approx(0.8, abs=4.0 * beta.std)
+    assert max(alpha.std, beta.std) < 0.1
+    assert alpha.position[0] == pytest.approx(B777.sensors.alpha_vane.position[0], abs=0.1)
+
+
+def test_a_vane_elsewhere_is_named_and_nothing_else_blamed(
+    flown_short: Callable[[int], VirtualFlight],
+) -> None:
+    wrong = [at_wrong_position(one, 1.0, 0.0) for one in maneuvers_of(flown_short(1))]
+    found = check_compatibility(wrong, settings=CompatibilitySettings(try_signs=False))
+    assert {(one.kind, one.channels) for one in found.verdicts} == {("position", ("alpha",))}
 
 
 def test_a_bad_vane_is_named() -> None:

@@ -6,6 +6,11 @@
 from gsapp.identification.compatibility.compatibility_check import (
     check_compatibility,
 )
+from gsapp.identification.compatibility.error_selection import (
+    VanePosition,
+    at_found_positions,
+    find_vane_positions,
+)
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentVerdict,
@@ -22,5 +27,8 @@ __all__ = [
     "CompatibilityResult",
     "CompatibilitySettings",
     "InstrumentVerdict",
+    "VanePosition",
+    "at_found_positions",
     "check_compatibility",
+    "find_vane_positions",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import cast
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from gsapp.identification.compatibility.axis_hypotheses import (
     evaluate_signs,
     find_axis_corrections,
 )
+from gsapp.identification.compatibility.error_selection import select_errors, settings_for
 from gsapp.identification.compatibility.instrument_error_fit import (
     InstrumentErrorFit,
     SegmentFit,
@@ -28,6 +30,7 @@ from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
     InstrumentVerdict,
+    InstrumentVerdictKind,
     channel_title,
     format_error,
     format_error_with_bound,
@@ -59,6 +62,9 @@ _MAX_SLOW_NOISE: Mapping[str, float] = {
 """Slow noise of a channel (rms of averages, SI) beyond which the instrument is in question."""
 
 
+_REMEDIES = {"delay": "add it to the aircraft file", "position": "correct the aircraft file"}
+
+
 def check_compatibility(
     maneuvers: Sequence[Maneuver],
     aircraft: Aircraft | None = None,
@@ -76,8 +82,8 @@ def check_compatibility(
     """
     if not maneuvers:
         raise FlightError("there is no maneuver to check instruments by; give at least one")
-    chosen = settings or CompatibilitySettings()
     prepared = prepare_segments(maneuvers, aircraft)
+    chosen = settings_for(settings or CompatibilitySettings(), aircraft or maneuvers[0].aircraft)
     comparisons, disagreements = compare_redundant_sensors(maneuvers, chosen)
     stuck = (*_stuck_verdicts(prepared), *disagreements)
     if not prepared.segments:
@@ -90,8 +96,9 @@ def check_compatibility(
             summary="the instruments cannot be compared: " + "; ".join(prepared.warnings),
         )
     channels = prepared.channels
-    free = free_errors(chosen, channels)
-    first = fit_instrument_errors(prepared.segments, chosen, free, bounds=False)
+    usual = free_errors(chosen, channels)
+    first = select_errors(prepared.segments, chosen, usual)
+    free = first.free
     found = AxisCorrectionResult(
         segments=tuple(prepared.segments), fit=first, corrections=(), verdicts=()
     )
@@ -114,12 +121,12 @@ def check_compatibility(
         corrections=found.corrections,
         verdicts=found.verdicts,
     )
-    parameters = _parameters(final, chosen)
+    parameters = _parameters(final, chosen, usual)
     histories = tuple(_history(one) for one in final.segments)
     verdicts = (
         *stuck,
         *found.verdicts,
-        *_error_verdicts(parameters, chosen),
+        *(_error_verdicts(parameters, chosen) if final.converged else ()),
         *_unexplained_verdicts(final),
     )
     warnings = [*prepared.warnings, *_gust_warnings(final)]
@@ -159,9 +166,18 @@ def _stuck_verdicts(prepared: PreparedSegments) -> tuple[InstrumentVerdict, ...]
 
 
 def _parameters(
-    found: InstrumentErrorFit, settings: CompatibilitySettings
+    found: InstrumentErrorFit, settings: CompatibilitySettings, usual: Sequence[str]
 ) -> dict[str, InstrumentParameter]:
-    parameters = {}
+    parameters = {
+        name: InstrumentParameter(
+            value=None,
+            nominal=nominal_value(name),
+            status="not-observable",
+            why="not needed: with it free the instruments agree no better",
+        )
+        for name in usual
+        if name not in found.free
+    }
     for place, name in enumerate(found.free):
         std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
         plausible = settings.plausible_size(name)
@@ -181,6 +197,8 @@ def _is_masked_by_noise(found: InstrumentErrorFit, name: str) -> bool:
     channel, _, kind = name.partition(".")
     if channel not in KINEMATIC_OUTPUTS or kind == "bias":
         return False
+    if kind == "position":
+        return False
     return not any(name in one.clearly_observable for one in found.segments)
 
 
@@ -188,6 +206,8 @@ def _why_unknown(found: InstrumentErrorFit, name: str, std: float, plausible: fl
     """Return why the fit gives no estimate of an error; empty where it gives one."""
     channel, _, kind = name.partition(".")
     unclear = _is_masked_by_noise(found, name)
+    if kind == "position":
+        return ""
     if not unclear and at_limit(name, found.errors[name]):
         return (
             f"the best fit lies beyond {format_error(name, COMPATIBILITY.max_delay)}, too long for "
@@ -216,23 +236,24 @@ def _error_verdicts(
         if excess <= COMPATIBILITY.significant_sigmas * one.std:
             continue
         channel, _, kind = name.partition(".")
-        size = abs(one.value) if kind == "delay" else one.value
+        size = abs(one.value) if kind in {"delay", "position"} else one.value
         value, std = format_error_with_bound(name, size, one.std)
         spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
         way = "late" if one.value > 0.0 else "early"
+        side = "ahead of" if one.value > 0.0 else "behind"
         said = {
             "bias": f"{channel_title(channel)} is off by {spread}",
             "scale": f"{channel_title(channel)} shows {spread} times the value from the other "
             "instruments",
             "delay": f"{channel_title(channel)} is {spread} {way} against the gyros",
+            "position": f"the {channel} vane appears to be {spread} {side} its position in the "
+            "aircraft file",
         }[kind]
         found.append(
             InstrumentVerdict(
-                kind="bias" if kind == "bias" else "scale" if kind == "scale" else "delay",
+                kind=cast("InstrumentVerdictKind", kind),
                 channels=(channel,),
-                sentence=f"{said}; check its calibration"
-                if kind != "delay"
-                else f"{said}; add it to the aircraft file",
+                sentence=f"{said}; {_REMEDIES.get(kind, 'check its calibration')}",
                 value=one.value,
                 std=one.std,
             )
@@ -282,6 +303,9 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
         worst = max(found.segments, key=lambda one: float(one.noise.input_factors[place]))
         power = float(worst.noise.input_factors[place])
         if power <= COMPATIBILITY.max_gyro_noise_ratio or name in worst.segment.absent:
+            continue
+        noise = power**0.5 * worst.segment.noise[name]
+        if noise < COMPATIBILITY.min_gyro_noise_share * np.std(worst.segment.inputs[name]):
             continue
         verdicts.append(
             InstrumentVerdict(

@@ -118,22 +118,19 @@ def fit_instrument_errors(
     bounds : bool
         Whether the covariance is corrected for what color is left; it takes as long as a step.
     begin : InstrumentErrorFit, optional
-        Of the same stretches and the same free errors.
+        Of the same stretches; errors free in both begin at its values.
     """
     most = settings.iterations if iterations is None else iterations
     free = tuple(free)
     plausible = np.array([settings.plausible_size(name) for name in free])
-    errors = {name: nominal_value(name) for name in free} if begin is None else dict(begin.errors)
+    known = {} if begin is None else begin.errors
+    errors = {name: known.get(name, nominal_value(name)) for name in free}
     starts = (
         [estimate_initial_state(stretch, errors) for stretch in stretches]
         if begin is None
         else [part.initial_state for part in begin.segments]
     )
-    chosen = (
-        list(noises)
-        if noises is not None
-        else [NoiseLevels.white(len(s.outputs)) for s in stretches]
-    )
+    chosen = list(noises or [NoiseLevels.white(len(s.outputs)) for s in stretches])
     size = len(free) + len(INITIAL_STATE_NAMES) * len(stretches)
     prior = np.zeros(size)
     prior[: len(free)] = 1.0 / plausible**2
@@ -142,7 +139,7 @@ def fit_instrument_errors(
         + [1.0 / COMPATIBILITY.initial_rotation_std**2] * 2,
         len(stretches),
     )
-    origin = np.zeros(size) if begin is None else begin.origin.copy()
+    origin = _continued_origin(begin, free, size)
     if begin is None:
         guess = np.mean(
             [
@@ -192,7 +189,8 @@ def fit_instrument_errors(
         chosen = [part.noise for part in parts]
         if phase >= COMPATIBILITY.max_noise_updates:
             seen = [part.observable for part in parts]
-        covariance, g = _normal_equations(parts, len(free), prior, origin)
+        H, g = _normal_equations(parts, len(free), prior, origin)
+        covariance = _inverse(H)
         step = covariance @ g
         size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
         if converged or number >= most:
@@ -252,6 +250,18 @@ def fit_instrument_errors(
     )
 
 
+def _continued_origin(
+    begin: InstrumentErrorFit | None, free: Sequence[str], size: int
+) -> FloatArray:
+    """Return how far errors and starts have moved already."""
+    origin = np.zeros(size)
+    if begin is not None:
+        moved = dict(zip(begin.free, begin.origin, strict=False))
+        origin[: len(free)] = [moved.get(name, 0.0) for name in free]
+        origin[len(free) :] = begin.origin[len(begin.free) :]
+    return origin
+
+
 def _reverses_last_step(step: FloatArray, last: FloatArray, covariance: FloatArray) -> bool:
     variance = covariance.diagonal()
     return bool((step * last / variance).sum() < -0.5 * (last**2 / variance).sum())
@@ -285,7 +295,7 @@ def _cost(parts: Sequence[SegmentFit], prior: FloatArray, origin: FloatArray) ->
 def _normal_equations(
     parts: Sequence[SegmentFit], shared: int, prior: FloatArray, origin: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the covariance and the gradient of the normal equations."""
+    """Return the information matrix and the gradient."""
     H: FloatArray = np.diag(prior)
     g: FloatArray = -prior * origin
     for place, part in enumerate(parts):
@@ -295,9 +305,45 @@ def _normal_equations(
         weighted: FloatArray = (part.gain.weight @ S).reshape(flat.shape)
         H[np.ix_(columns, columns)] += flat.T @ weighted
         g[columns] += weighted.T @ left.ravel()
+    return H, g
+
+
+def _inverse(H: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(H.diagonal())
     inverted = np.linalg.inv(H * scale * scale[:, None] + COMPATIBILITY.ridge * np.eye(len(H)))
-    return np.asarray(inverted * scale * scale[:, None], dtype=np.float64), g
+    return np.asarray(inverted * scale * scale[:, None], dtype=np.float64)
+
+
+def likelihood_gains(
+    found: InstrumentErrorFit, settings: CompatibilitySettings, candidates: Sequence[str]
+) -> dict[str, float]:
+    """Return by how much twice the log-likelihood would rise, were each error free beside others.
+
+    The score test: one linear step from the fit that is there, the noise held.
+    """
+    free = (*found.free, *candidates)
+    held, starts = len(found.free), len(free)
+    size = starts + len(INITIAL_STATE_NAMES) * len(found.segments)
+    prior, origin = np.zeros(size), np.zeros(size)
+    prior[:starts] = [1.0 / settings.plausible_size(name) ** 2 for name in free]
+    prior[starts:] = 1e-6
+    origin[:held] = found.origin[:held]
+    parts = [
+        _linearize_segment(
+            one.segment, settings, found.errors, one.initial_state, free, one.noise, look=False
+        )
+        for one in found.segments
+    ]
+    H, g = _normal_equations([one for one in parts if one is not None], starts, prior, origin)
+    base = [*range(held), *range(starts, size)]
+    C = _inverse(H[np.ix_(base, base)])
+    gains = {}
+    for own, name in enumerate(candidates, start=held):
+        shared = H[base, own]
+        information = H[own, own] - shared @ C @ shared
+        score = g[own] - shared @ C @ g[base]
+        gains[name] = float(score**2 / information) if information > 0.0 else 0.0
+    return gains
 
 
 def _diverged_fit(

@@ -169,11 +169,11 @@ def _multiply_rows(rows: FloatArray, matrices: FloatArray) -> FloatArray:
 
 
 def channel_gradients(
-    path: ReconstructedPath, aircraft: Aircraft, channel: str
+    path: ReconstructedPath, aircraft: Aircraft, channel: str, ahead: float = 0.0
 ) -> ChannelGradients:
     """Return a channel of a faultless instrument, with its derivatives.
 
-    `aircraft`: tells where its instruments sit.
+    `aircraft` tells where its instruments sit; the one of this channel is `ahead` (m) of there.
     """
     sensors = aircraft.sensors
     if channel in ("phi", "theta"):
@@ -188,6 +188,7 @@ def channel_gradients(
         return ChannelGradients(value=theta, arm=np.zeros(3), by_velocity=None, by_gravity=down)
     instrument = {"V": sensors.air_data, "alpha": sensors.alpha_vane, "beta": sensors.beta_vane}
     arm = np.subtract(instrument[channel].position, sensors.accelerometer.position)
+    arm[0] += ahead
     u, v, w = (path.velocity + np.cross(path.rates, arm)).T
     flow = (u, v, w)
     slope = np.zeros_like(path.velocity)
@@ -231,7 +232,10 @@ def predict_channels(
     rates, force = correct_rates_and_forces(stretch, errors)
     path = reconstruct_path(rates, force, stretch.dt, start.velocity, start.gravity)
     channels = tuple(stretch.outputs)
-    ideal = tuple(channel_gradients(path, stretch.aircraft, name) for name in channels)
+    ideal = tuple(
+        channel_gradients(path, stretch.aircraft, name, errors.get(f"{name}.position", 0.0))
+        for name in channels
+    )
     computed = np.column_stack(
         [
             errors.get(f"{name}.scale", 1.0)
@@ -281,6 +285,9 @@ def channel_sensitivities(
         if (label := f"{name}.delay") in free:
             slope = np.gradient(one.value, stretch.dt)
             S[:, row, free.index(label)] = -scale * delay_samples(slope, late)
+        if (label := f"{name}.position") in free and one.by_velocity is not None:
+            by_position = np.cross(found.path.rates, [1.0, 0.0, 0.0])
+            S[:, row, free.index(label)] = scale * (one.by_velocity * by_position).sum(axis=1)
     return S
 
 

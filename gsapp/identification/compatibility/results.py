@@ -14,7 +14,15 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 
 InstrumentParameterStatus = Literal["estimated", "not-observable"]
 InstrumentVerdictKind = Literal[
-    "reversed", "exchanged", "bias", "scale", "delay", "stuck", "disagreement", "unexplained"
+    "reversed",
+    "exchanged",
+    "bias",
+    "scale",
+    "delay",
+    "position",
+    "stuck",
+    "disagreement",
+    "unexplained",
 ]
 SignStatus = Literal["right", "reversed", "not-observable"]
 
@@ -23,7 +31,8 @@ SignStatus = Literal["right", "reversed", "not-observable"]
 class InstrumentParameter:
     """One error of one instrument.
 
-    The instrument shows ``scale * truth(t - delay) + bias``.
+    The instrument shows ``scale * truth(t - delay) + bias``; a position (m) is how far its vane is
+    ahead of where the aircraft file puts it.
     """
 
     value: float | None
@@ -142,13 +151,16 @@ def format_error(parameter: str, value: float) -> str:
     name, _, kind = parameter.partition(".")
     if kind == "scale":
         return f"{value:.3g}"
+    if kind == "position":
+        return f"{value:.2g} m"
     return f"{1e3 * value:z.0f} ms" if kind == "delay" else format_quantity(name, value)
 
 
 def format_error_with_bound(parameter: str, value: float, std: float) -> tuple[str, str]:
     """Return the value of an error and its bound, both with two digits of the bound."""
     name, _, kind = parameter.partition(".")
-    divisor, unit = {"scale": (1.0, ""), "delay": (1e-3, "ms")}.get(kind) or _display_unit(name)
+    units = {"scale": (1.0, ""), "delay": (1e-3, "ms"), "position": (1.0, "m")}
+    divisor, unit = units.get(kind) or _display_unit(name)
     std /= divisor
     digits = max(0, 1 - math.floor(math.log10(std))) if 0.0 < std < math.inf else 3
     value_text, std_text = f"{value / divisor:z.{digits}f}", f"{std:.{digits}f}"

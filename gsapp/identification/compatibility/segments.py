@@ -15,6 +15,7 @@ from gsapp.identification.compatibility.settings import (
     COMPATIBILITY,
     KINEMATIC_INPUTS,
     KINEMATIC_OUTPUTS,
+    MIN_NOISE,
 )
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
@@ -230,12 +231,11 @@ def _white_noise_levels(
     aircraft: Aircraft,
 ) -> dict[str, float]:
     stated = {name: one.noise for name, one in aircraft.sensors.by_channel.items()}
-    smallest = {"V": 0.01, **dict.fromkeys(("ax", "ay", "an"), 1e-3)}
     noise = {}
     for name, samples in {**driving, **shown}.items():
         if name in absent:
             continue
         clean = interpolate_missing(samples, ~np.isfinite(samples))
-        floor = max(0.3 * stated.get(name, 0.0), smallest.get(name, 1e-5))
+        floor = max(0.3 * stated.get(name, 0.0), MIN_NOISE[name])
         noise[name] = max(estimate_white_noise(clean), floor)
     return noise

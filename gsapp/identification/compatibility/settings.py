@@ -17,11 +17,11 @@ KINEMATIC_INPUTS = (*RATE_CHANNELS, *ACCELERATION_CHANNELS)
 """Instruments whose readings are integrated."""
 KINEMATIC_OUTPUTS = ("V", "alpha", "beta", "phi", "theta")
 """Instruments whose readings the integrated motion must show."""
-ERROR_KINDS = ("bias", "scale", "delay")
+ERROR_KINDS = ("bias", "scale", "delay", "position")
 
 _GYRO = {"bias": 2.0 * DEGREE, "scale": 0.2, "delay": 0.05}
 _ACCELEROMETER = {"bias": 0.1 * GRAVITY, "scale": 0.2, "delay": 0.05}
-_VANE = {"bias": 3.0 * DEGREE, "scale": 0.3, "delay": 0.05}
+_VANE = {"bias": 3.0 * DEGREE, "scale": 0.3, "delay": 0.05, "position": 10.0}
 _PITOT = {"bias": 2.0, "scale": 0.1, "delay": 0.1}
 _ATTITUDE = {"bias": 5.0 * DEGREE, "scale": 0.1, "delay": 0.1}
 
@@ -45,12 +45,14 @@ PLAUSIBLE_ERRORS: Mapping[str, float] = _by_name(
 )
 """Standard deviation of each error before anything was measured; SI, scale as a share, s.
 
+A position is the distance of a vane ahead of where the aircraft file puts it, m.
+
 It enters the fit with this weight. What the data do not narrow down is not reported.
 """
 
 _TOLERABLE_GYRO = {"bias": 1.0 * DEGREE, "scale": 0.05, "delay": 0.02}
 _TOLERABLE_ACCELEROMETER = {"bias": 0.05 * GRAVITY, "scale": 0.05, "delay": 0.02}
-_TOLERABLE_VANE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
+_TOLERABLE_VANE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02, "position": 0.05}
 _TOLERABLE_ATTITUDE = {"bias": 2.0 * DEGREE, "scale": 0.1, "delay": 0.1}
 
 TOLERABLE_ERRORS: Mapping[str, float] = _by_name(
@@ -72,6 +74,9 @@ DEFAULT_FREE_ERRORS = (
     "phi.bias", "phi.delay", "theta.bias", "theta.delay",
 )  # fmt: skip
 """Gyros and accelerometers set the scale and the time for the others: theirs are held."""
+
+VANE_POSITIONS = ("alpha.position", "beta.position")
+"""Free as well where the instruments agree much better with them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +108,8 @@ class CompatibilitySettings:
                 hint = did_you_mean(
                     name,
                     PLAUSIBLE_ERRORS,
-                    f"write one of {known}, then .bias, .scale or .delay, as alpha.scale",
+                    f"write one of {known}, then .bias, .scale, .delay or (for a vane) .position, "
+                    "as alpha.scale",
                 )
                 raise UnknownNameError(f"'{name}' is not an error of an instrument; {hint}")
 
@@ -114,6 +120,21 @@ class CompatibilitySettings:
     def tolerable_size(self, name: str) -> float:
         """Return up to which size an error is everyday."""
         return self.tolerable.get(name, TOLERABLE_ERRORS[name])
+
+
+MIN_NOISE: Mapping[str, float] = MappingProxyType(
+    {
+        "V": 0.01,
+        **dict.fromkeys(ACCELERATION_CHANNELS, 1e-3),
+        **dict.fromkeys(RATE_CHANNELS, 2e-4),
+        **dict.fromkeys(("alpha", "beta", "phi", "theta"), 5e-4),
+    }
+)
+"""White noise that a channel has at least, rms of a sample, SI.
+
+A filter hides white noise; without a least one the fit would trust a smooth channel beyond what
+any instrument is built for.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,6 +155,7 @@ class CompatibilityAlgorithmSettings:
     noise_update_step: float = 0.3  # Step below which the noise is estimated again ...
     noise_update_interval: int = 4  # ... or after so many steps ...
     max_noise_updates: int = 2  # ... and so many times.
+    max_iterations: int = 40  # Steps where the usual ones did not lead to an end.
     max_delay: float = 0.2  # Of an instrument against the gyros, s, either way.
     max_rotation_step: float = 0.5  # Of a start in one step, rad.
     max_cost_growth: float = 1.02  # Ratio of costs up to which a step is taken.
@@ -158,7 +180,15 @@ class CompatibilityAlgorithmSettings:
     significant_sigmas: float = 3.0  # Bounds by which an error must exceed the tolerable.
     max_gyro_noise_ratio: float = 1000.0
     """Power over white noise at which a gyro contradicts the others as no gusts make it: at most
-    500 in gusts of 2 m/s, 4000 and more with a wrong unit."""
+    500 in gusts of 2 m/s, 4000 and more with a wrong unit ..."""
+    min_gyro_noise_share: float = 0.3
+    """... if that noise is this share of the motion: a filtered gyro shows next to no white one."""
+    plausible_position: float = 0.5  # Of a vane, against the aircraft file: times the span ...
+    tolerable_position: float = 0.02  # ... and that of everyday.
+    position_sigmas: float = 6.0
+    """Bounds by which it must exceed the tolerable: a vane that hardly moves is put anywhere."""
+    max_position: float = 1.0  # Times the span: farther away no vane stands.
+    min_position_effect: float = 1.0  # Of a position on its flow angle, times its white noise.
     max_final_step: float = 4.0
     """Last step in bounds from which a fit is no proof: at most 2.2 with good instruments whose
     errors hardly show, 6 and more with a vane in another unit."""

@@ -18,6 +18,11 @@ from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
+from gsapp.identification.compatibility import (
+    VanePosition,
+    at_found_positions,
+    find_vane_positions,
+)
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.inputs import (
     CachedFlight,
@@ -57,6 +62,8 @@ class RunOutcome:
     remarks: tuple[str, ...] = ()
     """What is suspicious about the aircraft, of reading the flights, and why there is no linear
     model."""
+    vanes: tuple[VanePosition, ...] = ()
+    """Those that were used at another position than the aircraft file's."""
     number: int | None = None  # In the catalog; None where it was not kept.
     inputs: tuple[InputFile, ...] = ()
     """Flights and files that went in, with their sums when they were read."""
@@ -124,7 +131,13 @@ def execute_run(
         if file is None
         else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
     )
-    result = run_campaign(in_requested_order(request, flown), used, progress=progress)
+    cut = in_requested_order(request, flown)
+    vanes: tuple[VanePosition, ...] = ()
+    if request.vane_positions == "find":
+        if doing is not None:
+            doing("comparing instruments")
+        vanes = find_vane_positions(cut)
+    result = run_campaign([at_found_positions(one, vanes) for one in cut], used, progress=progress)
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
@@ -150,8 +163,17 @@ def execute_run(
         summary=summary,
         models=models,
         remarks=tuple(
-            dict.fromkeys((*_duplicate_flight_warnings(shelved), *doubts, *read, *why_not))
+            dict.fromkeys(
+                (
+                    *_duplicate_flight_warnings(shelved),
+                    *(one.text for one in vanes),
+                    *doubts,
+                    *read,
+                    *why_not,
+                )
+            )
         ),
+        vanes=vanes,
         inputs=input_files(request, shelved),
         versions=run_versions(),
         uncalibrated=tuple(
