@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import scipy  # loads scipy.signal (a third of a second) when it is first used
 from pydantic import Field, ValidationInfo, field_validator, model_validator
-from scipy import signal
 
 from calibration.adc import quantize
 from calibration.certificate import Certificate
@@ -213,7 +213,7 @@ class _Filter:
 
     def __init__(self, numerator: FloatArray, denominator: FloatArray, dt: float) -> None:
         # Between samples the input is taken as a straight line.
-        b, a, _ = signal.cont2discrete((numerator, denominator), dt, method="foh")
+        b, a, _ = scipy.signal.cont2discrete((numerator, denominator), dt, method="foh")
         self._b, self._a = np.atleast_1d(np.squeeze(b)), np.atleast_1d(a)
         self._state: FloatArray | None = None
 
@@ -221,8 +221,8 @@ class _Filter:
         if not len(values):
             return values
         if self._state is None:
-            self._state = signal.lfilter_zi(self._b, self._a) * values[0]
-        filtered, self._state = signal.lfilter(self._b, self._a, values, zi=self._state)
+            self._state = scipy.signal.lfilter_zi(self._b, self._a) * values[0]
+        filtered, self._state = scipy.signal.lfilter(self._b, self._a, values, zi=self._state)
         return np.asarray(filtered, dtype=np.float64)
 
 
@@ -253,7 +253,7 @@ class _Chain:
         self.instrument = instrument
         self._steps: list[_Filter | _Delay] = []
         if instrument.low_pass is not None:
-            b, a = signal.butter(2, 2.0 * np.pi * instrument.low_pass, analog=True)
+            b, a = scipy.signal.butter(2, 2.0 * np.pi * instrument.low_pass, analog=True)
             self._steps.append(_Filter(b, a, dt))
         if instrument.lag > 0.0:
             self._steps.append(_Filter(np.array([1.0]), np.array([instrument.lag, 1.0]), dt))
