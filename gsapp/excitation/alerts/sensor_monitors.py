@@ -32,7 +32,10 @@ _SENSORS: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an")
 
 
 class ClippingMonitor:
-    """Watches alpha, beta, rates and accelerations; without an aircraft only flat tops tell."""
+    """Detects gyro saturation, and that of vanes and accelerometers.
+
+    Without an aircraft file only flat tops of the signal tell.
+    """
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
         self._ranges = {} if aircraft is None else clipping_ranges(aircraft)

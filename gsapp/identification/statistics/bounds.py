@@ -276,7 +276,7 @@ class _SpectralWorkspace:
 
 
 def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:
-    """Return R = mean of v v', shape (n_responses, n_responses).
+    """Return the measurement noise R = mean of v v', shape (n_responses, n_responses).
 
     `v`, shape (n, n_responses): each element of R is the mean over the samples where both responses
     count.
