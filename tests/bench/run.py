@@ -4,6 +4,7 @@ python3 packaging/bootstrap.py bench               all but peers, discrepancy an
 python3 packaging/bootstrap.py bench strips framing
 python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and recorder
 python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb, xdotool, openbox
+python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 """
 
@@ -45,9 +46,10 @@ BENCHMARKS = {
     "review": "opening a ten-minute flight for review, and working on its time line",
     "estimates_live": "a live flight with and without derivatives forming: frames, cues, losses",
     "day": "a day at the field by mouse and keys in a real X server, with screenshots",
+    "real": "ATTAS and HFB-320 by default, beside published derivatives; their data in FOLDER",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
-ONLY_WHEN_NAMED = {"peers", "discrepancy", "day"}
+ONLY_WHEN_NAMED = {"peers", "discrepancy", "day", "real"}
 
 
 def load(name: str) -> ModuleType:
@@ -66,6 +68,8 @@ def main(arguments: list[str]) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = [argument for argument in arguments if argument.startswith("-")]
     names = [argument for argument in arguments if not argument.startswith("-")]
+    folder = names[1:] if names[:1] == ["real"] else []
+    names = names[: len(names) - len(folder)]
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick"}:
         print(__doc__)
@@ -75,7 +79,7 @@ def main(arguments: list[str]) -> int:
     for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:
         print(f"\n=== {name}: {BENCHMARKS[name]}", flush=True)
         started = time.monotonic()
-        load(name).main(*(["--quick"] if "--quick" in options else []))
+        load(name).main(*folder, *(["--quick"] if "--quick" in options else []))
         print(f"=== {name}: {time.monotonic() - started:.0f} s", flush=True)
     return 0
 
