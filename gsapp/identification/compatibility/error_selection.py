@@ -96,11 +96,6 @@ class VanePosition:
     delay: float | None = None
 
     @property
-    def toml(self) -> str:
-        """Return its position as the aircraft file gives it."""
-        return "[" + ", ".join(f'"{one:.4g} m"' for one in self.position) + "]"
-
-    @property
     def text(self) -> str:
         """Return it as a sentence."""
         value, std = format_error_with_bound(f"{self.channel}.position", abs(self.ahead), self.std)
@@ -113,8 +108,8 @@ class VanePosition:
             )
         return (
             f"the {self.channel} vane appears to be {value} \N{PLUS-MINUS SIGN} {std} {side} its "
-            f"position in the aircraft file{doubt}, and is used there; to confirm it, write under "
-            f"[sensors.{self.channel}_vane] position = {self.toml}"
+            f"position in the aircraft file{doubt}, and is used there: correct "
+            f"sensors.{self.channel}_vane.position to x = {self.position[0]:.4g} m"
         )
 
 
