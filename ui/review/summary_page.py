@@ -182,7 +182,8 @@ class SummaryPage(ReviewStepPage):
     def _derivatives(self) -> None:
         self.table = FittedTableView(
             self.display_style, tr("Derivatives"), DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
-            widths={0: 84, 1: 84, 2: 84, 3: 62, 4: 74, 5: 74, 6: 32, 7: 42, 8: 80},
+            widths={0: 62, 1: "−0.000123", 2: "0.000012", 3: 60, 4: "0.000123", 5: 70, 6: 30, 7: 38,
+                    8: 66},
             right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
