@@ -16,9 +16,9 @@ from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.compatibility import (
     CompatibilitySettings,
     VanePosition,
-    at_found_positions,
     check_compatibility,
     find_vane_positions,
+    with_vane_positions,
 )
 from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
 from gsapp.identification.compatibility.results import format_error_with_bound
@@ -83,7 +83,7 @@ def at_wrong_position(maneuver: Maneuver, alpha: float, beta: float) -> Maneuver
         VanePosition(channel=name, ahead=-ahead, std=0.0, position=(0.0, 0.0, 0.0))
         for name, ahead in (("alpha", alpha), ("beta", beta))
     ]
-    return at_found_positions(maneuver, vanes)
+    return with_vane_positions(maneuver, vanes)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -8,8 +8,8 @@ from gsapp.identification.compatibility.compatibility_check import (
 )
 from gsapp.identification.compatibility.error_selection import (
     VanePosition,
-    at_found_positions,
     find_vane_positions,
+    with_vane_positions,
 )
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
@@ -28,7 +28,7 @@ __all__ = [
     "CompatibilitySettings",
     "InstrumentVerdict",
     "VanePosition",
-    "at_found_positions",
     "check_compatibility",
     "find_vane_positions",
+    "with_vane_positions",
 ]

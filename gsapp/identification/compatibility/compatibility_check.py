@@ -178,8 +178,8 @@ def _parameters(
         for name in usual
         if name not in found.free
     }
-    for place, name in enumerate(found.free):
-        std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
+    for name in found.free:
+        std = found.std(name)
         plausible = settings.plausible_size(name)
         why = _why_unknown(found, name, std, plausible)
         parameters[name] = InstrumentParameter(

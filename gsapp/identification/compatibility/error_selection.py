@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, sqrt
+from math import log
 
 import numpy as np
 
@@ -65,11 +65,11 @@ def select_errors(
     full = fit_instrument_errors(stretches, settings, free, bounds=False)
     positions = _positions(stretches)
     suspect = full.converged and any(_is_excessive(full, settings, name) for name in full.free)
-    if full.converged and not suspect and not _asked_for(full, settings, positions):
+    if full.converged and not suspect and not _significant_gains(full, settings, positions):
         return full
     found = _with_bounds(_add_errors(stretches, settings, free, []), stretches, settings)
-    placed = found.converged and any(_is_elsewhere(found, settings, name) for name in positions)
-    if not placed or (full.converged and _criterion(full) < _criterion(found)):
+    placed = found.converged and any(_is_misplaced(found, settings, name) for name in positions)
+    if not placed or (full.converged and _schwarz_criterion(full) < _schwarz_criterion(found)):
         return full
     return found
 
@@ -127,7 +127,7 @@ def find_vane_positions(maneuvers: Sequence[Maneuver]) -> tuple[VanePosition, ..
         Those whose distance is beyond chance and matters.
     """
     prepared = prepare_segments(maneuvers, None)
-    stretches = _liveliest(prepared.segments)
+    stretches = _most_excited(prepared.segments)
     if not stretches or not (positions := _positions(stretches)):
         return ()
     settings = settings_for(CompatibilitySettings(), maneuvers[0].aircraft)
@@ -140,7 +140,7 @@ def find_vane_positions(maneuvers: Sequence[Maneuver]) -> tuple[VanePosition, ..
         replace(placed, delay=_delay_instead(final, stretches, settings, name))
         for name in positions
         if final.converged
-        and (placed := _placed(final, settings, name, maneuvers[0].aircraft)) is not None
+        and (placed := _vane_position(final, settings, name, maneuvers[0].aircraft)) is not None
     )
 
 
@@ -181,7 +181,7 @@ def _delay_instead(
     return tried.errors[delay]
 
 
-def at_found_positions(maneuver: Maneuver, vanes: Sequence[VanePosition]) -> Maneuver:
+def with_vane_positions(maneuver: Maneuver, vanes: Sequence[VanePosition]) -> Maneuver:
     """Return a maneuver whose aircraft has its vanes where they were found."""
     if not vanes:
         return maneuver
@@ -195,13 +195,13 @@ def at_found_positions(maneuver: Maneuver, vanes: Sequence[VanePosition]) -> Man
     return replace(maneuver, aircraft=maneuver.aircraft.model_copy(update={"sensors": sensors}))
 
 
-def _placed(
+def _vane_position(
     found: InstrumentErrorFit, settings: CompatibilitySettings, name: str, aircraft: Aircraft
 ) -> VanePosition | None:
     """Return a vane whose distance from where it should be is sure and matters, else None."""
-    if not _is_elsewhere(found, settings, name):
+    if not _is_misplaced(found, settings, name):
         return None
-    ahead, std = found.errors[name], _std(found, name)
+    ahead, std = found.errors[name], found.std(name)
     channel = name.partition(".")[0]
     gyro = {"alpha": "q", "beta": "r"}[channel]
     seen = max(
@@ -221,7 +221,7 @@ def _placed(
     return VanePosition(channel=channel, ahead=ahead, std=std, position=(x + ahead, y, z))
 
 
-def _liveliest(stretches: Sequence[CompatibilitySegment]) -> list[CompatibilitySegment]:
+def _most_excited(stretches: Sequence[CompatibilitySegment]) -> list[CompatibilitySegment]:
     """Return the stretches in which most pitching, and most yawing, is seen; in their order."""
     kept = set[int]()
     for gyro in ("q", "r"):
@@ -251,7 +251,7 @@ def _add_errors(
     )
     gyros = [f"{name}.scale" for name in RATE_CHANNELS if f"{name}.bias" in free]
     rest = [*_positions(stretches), *(name for name in (*free, *gyros) if name not in biases)]
-    while found.converged and (asked := _asked_for(found, settings, rest)):
+    while found.converged and (asked := _significant_gains(found, settings, rest)):
         if until and not set(asked) & set(until):
             break
         # Position, delay and scale of a vane look much alike: all are tried, the likeliest stays,
@@ -284,17 +284,12 @@ def _add_errors(
     return found
 
 
-def _std(found: InstrumentErrorFit, name: str) -> float:
-    place = found.free.index(name)
-    return sqrt(max(float(found.covariance[place, place]), 0.0))
-
-
-def _is_elsewhere(found: InstrumentErrorFit, settings: CompatibilitySettings, name: str) -> bool:
+def _is_misplaced(found: InstrumentErrorFit, settings: CompatibilitySettings, name: str) -> bool:
     """Return whether a vane is surely not where the aircraft file puts it."""
     if name not in found.free:
         return False
     excess = abs(found.errors[name]) - settings.tolerable_size(name)
-    return excess > COMPATIBILITY.position_sigmas * _std(found, name)
+    return excess > COMPATIBILITY.position_sigmas * found.std(name)
 
 
 def _is_excessive(found: InstrumentErrorFit, settings: CompatibilitySettings, name: str) -> bool:
@@ -303,10 +298,10 @@ def _is_excessive(found: InstrumentErrorFit, settings: CompatibilitySettings, na
     if channel not in ("alpha", "beta") or kind == "bias":
         return False
     excess = abs(found.errors[name] - nominal_value(name)) - settings.tolerable_size(name)
-    return excess > COMPATIBILITY.significant_sigmas * _std(found, name)
+    return excess > COMPATIBILITY.significant_sigmas * found.std(name)
 
 
-def _asked_for(
+def _significant_gains(
     found: InstrumentErrorFit, settings: CompatibilitySettings, names: Sequence[str]
 ) -> dict[str, float]:
     """Return the errors that would make the fit far likelier, with their gains, the best first."""
@@ -315,7 +310,7 @@ def _asked_for(
     return {name: gains[name] for name in order if gains[name] > COMPATIBILITY.min_likelihood_gain}
 
 
-def _criterion(found: InstrumentErrorFit) -> float:
+def _schwarz_criterion(found: InstrumentErrorFit) -> float:
     """Return Schwarz's criterion: twice the negative log-likelihood, parameters counted."""
     count = sum(len(one.innovations) for one in found.segments)
     return found.neg2_log_likelihood + len(found.free) * log(max(count, 2))

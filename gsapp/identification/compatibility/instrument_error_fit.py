@@ -77,6 +77,11 @@ class InstrumentErrorFit:
     step: float
     """The largest that errors and starts were about to move, in their bounds, when it ended."""
 
+    def std(self, name: str) -> float:
+        """Return the bound of a free error."""
+        place = self.free.index(name)
+        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
+
     def rms(self, channel: str) -> float:
         """Return the residual of one channel, rms over all stretches; SI."""
         parts = [
@@ -334,7 +339,10 @@ def likelihood_gains(
         )
         for one in found.segments
     ]
-    H, g = _normal_equations([one for one in parts if one is not None], starts, prior, origin)
+    sound = [one for one in parts if one is not None]
+    if len(sound) < len(parts):
+        return dict.fromkeys(candidates, 0.0)
+    H, g = _normal_equations(sound, starts, prior, origin)
     base = [*range(held), *range(starts, size)]
     C = _inverse(H[np.ix_(base, base)])
     gains = {}

@@ -20,8 +20,8 @@ from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
 from gsapp.identification.compatibility import (
     VanePosition,
-    at_found_positions,
     find_vane_positions,
+    with_vane_positions,
 )
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.inputs import (
@@ -137,7 +137,7 @@ def execute_run(
         if doing is not None:
             doing("comparing instruments")
         vanes = find_vane_positions(cut)
-    result = run_campaign([at_found_positions(one, vanes) for one in cut], used, progress=progress)
+    result = run_campaign([with_vane_positions(one, vanes) for one in cut], used, progress=progress)
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
