@@ -17,7 +17,7 @@ FlightPath = Annotated[
     typer.Argument(
         metavar="FLIGHT",
         readable=False,
-        help="Flight folder, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+        help="Flight folder, .tlog, .bin, .log, .ulg, .csv, .asc, .mat, .parquet",
     ),
 ]
 JsonFile = Annotated[
@@ -57,7 +57,7 @@ FlightPaths = Annotated[
     typer.Argument(
         metavar="FLIGHT",
         readable=False,
-        help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+        help="Flight folders, .tlog, .bin, .log, .ulg, .csv, .asc, .mat, .parquet",
     ),
 ]
 Dated = Annotated[bool, typer.Option("--date/--no-date", help="Include the date")]

@@ -35,7 +35,7 @@ def discrepancy(
         typer.Argument(
             metavar="FLIGHT",
             readable=False,
-            help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+            help="Flight folders, .tlog, .bin, .log, .ulg, .csv, .asc, .mat, .parquet",
         ),
     ] = None,
     out: Annotated[

@@ -25,7 +25,9 @@ def import_(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", readable=False, help=".tlog, .bin, .ulg, .csv, .mat or .parquet"
+            metavar="FILE",
+            readable=False,
+            help=".tlog, .bin, .log, .ulg, .csv, .asc, .mat or .parquet",
         ),
     ],
     out: Annotated[
@@ -110,7 +112,7 @@ def onboard(
         typer.Option(
             readable=False,
             metavar="FILE",
-            help="Use this on-board log: .tlog, .bin, .ulg, .csv, .mat or .parquet",
+            help="Use this on-board log: .tlog, .bin, .log, .ulg, .csv, .mat or .parquet",
         ),
     ] = None,
     link: Annotated[

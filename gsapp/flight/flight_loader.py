@@ -35,15 +35,14 @@ from gsapp.quantities import Block
 
 _RECORDS_AT_ONCE = 20_000
 _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
-_LOG_MAPS = {".bin": "ardupilot-log", ".ulg": "px4-log"}
+_LOG_MAPS = {".bin": "ardupilot-log", ".log": "ardupilot-log", ".ulg": "px4-log"}
 _MAPPED = (".tlog", *_LOG_MAPS)
-_TABLES = (".csv", ".txt", ".mat", ".parquet")
-LOG_SUFFIXES = (".tlog", *_LOG_MAPS, ".csv", ".mat", ".parquet")
+_TABLES = (".csv", ".txt", ".asc", ".dat", ".tsv", ".mat", ".parquet")
+LOG_SUFFIXES = (".tlog", *_LOG_MAPS, *(ending for ending in _TABLES if ending != ".txt"))
 """Of files that may be the on-board log of a flight."""
 _FORMATS = {
     ".tlog": "mavlink",
-    ".bin": "ardupilot-log",
-    ".ulg": "px4-log",
+    **_LOG_MAPS,
     **dict.fromkeys(_TABLES, "table"),
 }
 _HEARTBEAT = 0
@@ -66,8 +65,9 @@ def load_flight(
     Parameters
     ----------
     name_or_path : str or Path
-        A flight folder; or a ``.csv`` (Flight CSV, or any table with a map), ``.tlog``, ``.bin``,
-        ``.ulg``, ``.mat`` or ``.parquet`` file.
+        A flight folder; or a ``.csv`` (Flight CSV, or any table with a map; also ``.txt``,
+        ``.asc``, ``.dat``, ``.tsv``), ``.tlog``, ``.bin``, ``.log``, ``.ulg``, ``.mat`` or
+        ``.parquet`` file.
     channel_map : ChannelMap, str or Path, optional
         In place of the one in the folder; for logs that have none, by default the shipped one
         that fits.
@@ -266,12 +266,12 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
         # All of a .bin: what old logs call IMU2 is what maps call IMU[1].
-        log = read_dataflash(path) if ending == ".bin" else read_ulog(path, channel_map.messages)
+        log = read_ulog(path, channel_map.messages) if ending == ".ulg" else read_dataflash(path)
         return _decode_log(log, channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
-            f"{path} has an unknown file ending; flights are folders, .csv, .tlog, .bin, .ulg, "
-            ".mat and .parquet"
+            f"{path} has an unknown file ending; flights are folders, {', '.join(LOG_SUFFIXES)} "
+            "and .txt"
         )
     if setting.channel_map is not None:
         log = read_table(path, setting.channel_map)

@@ -48,8 +48,9 @@ PAGES = sorted([ROOT / "README.md", *DOCS.rglob("*.md")])
 _BLOCK = re.compile(r"^ *```(\w+)[ ]?([\w-]*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "mixed-map", "text-map", "lines",
-    "table-map", "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
-    "linear-model", "cards", "checklist", "points", "fence", "calibration-plan",
+    "table-map", "table", "numbers-map", "certificate", "limits", "plan", "model", "layout",
+    "weights", "swings", "linear-model", "cards", "checklist", "points", "fence",
+    "calibration-plan",
 }  # fmt: skip
 
 
@@ -126,6 +127,14 @@ def test_a_table_of_another_program_is_read_with_its_map(example: Example) -> No
     )
     assert np.degrees(flight.block["alpha"]) == pytest.approx([2.0, 2.1, 2.2])
     assert flight.block["q"] == pytest.approx([0.01, 0.02, 0.03])
+
+
+def test_a_file_of_numbers_is_read_by_the_places_of_its_columns(example: Example) -> None:
+    path = example("toml", "numbers-map").with_name("flight.asc")
+    path.write_text("0.0 0.1 1 1 1 1 1 0.7\n0.1 0.2 1 1 1 1 1 0.8\n", encoding="utf-8")
+    flight = load_flight(path, channel_map=example("toml", "numbers-map"), rate=10.0)
+    assert flight.block["de"] == pytest.approx([0.1, 0.2])
+    assert flight.block["q"] == pytest.approx([0.7, 0.8])
 
 
 def test_the_flight_csv_is_read(example: Example) -> None:

@@ -305,3 +305,68 @@ def test_the_unit_of_the_log_is_believed(bin_file, tmp_path):
     path.write_text(path.read_text().replace("IMU[1].GyrY", "XYZ.Q"))
     with pytest.raises(FlightError, match=r"--map.*ATT, BARO, IMU"):
         load_flight(bin_file, channel_map=path)
+
+
+def as_text(path):
+    """Return a .bin log as the lines that ground stations make of it, read by pymavlink."""
+    reader, lines = DFReader.DFReader_binary(str(path)), ["APM:Plane", "FMT, 128, 89, FMT, BBnNZ, "]
+    while (message := reader.recv_msg()) is not None:
+        values = []
+        for column, letter in zip(message.fmt.columns, message.fmt.format, strict=True):
+            value = message._elements[message.fmt.columns.index(column)]
+            if letter in "cCeEL":
+                value = f"{value * {'L': 1e-7}.get(letter, 1e-2):.7f}"
+            values.append(value.split(b"\0")[0].decode() if isinstance(value, bytes) else value)
+        lines.append(", ".join(map(str, (message.get_type(), *values))))
+    reader.close()
+    return "\r\n".join(lines) + "\r\n"
+
+
+@pytest.fixture(scope="module")
+def text_log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("text") / "00000042.BIN"
+    path.write_bytes(flight_log()[0])
+    return as_text(path)
+
+
+def test_a_log_as_text_holds_what_the_binary_holds(tmp_path, text_log, bin_file):
+    path = tmp_path / "42.log"
+    path.write_text(text_log)
+    ours, theirs = read_dataflash(path), read_dataflash(bin_file)
+    assert set(ours.tables) == set(theirs.tables)
+    assert ours.events == theirs.events
+    for key, table in theirs.tables.items():
+        assert np.array_equal(ours.tables[key].times, table.times)
+        assert ours.tables[key].units == table.units
+        for name, values in table.fields.items():
+            np.testing.assert_allclose(ours.tables[key].fields[name], values, rtol=1e-12)
+    flight = load_flight(path)
+    assert flight.block.channels == load_flight(bin_file).block.channels
+
+
+def test_damaged_lines_of_a_text_log_are_counted(tmp_path, text_log):
+    lines = text_log.splitlines()
+    places = [place for place, line in enumerate(lines) if line.startswith("ATT")]
+    lines[places[3]] = "ATT, 1030000, 1.5"
+    lines[places[5]] = lines[places[5]].replace(", ", ", x", 2)
+    lines[places[7]] = "\x01\x02 garbage"
+    path = tmp_path / "42.log"
+    path.write_text("\n".join(lines))
+    log = read_dataflash(path)
+    assert log.tables["ATT", ""].times.size == 197
+    assert "3 lines" in log.remarks[0]
+
+
+def test_text_logs_name_modes_and_say_what_they_are_not(tmp_path):
+    """Some converters write the name of a mode for its number; other .log files are refused."""
+    path = tmp_path / "1.log"
+    path.write_text(
+        "FMT, 1, 20, MODE, QMB, TimeUS,Mode,ModeNum\nFMT, 2, 20, MSG, QZ, TimeUS,Message\n"
+        "MODE, 1000000, FBWA, 5\nMODE, 2000000, AUTO, 10\nMSG, 2500000, lost, and found\n"
+    )
+    log = read_dataflash(path)
+    assert log.tables["MODE", ""].fields["ModeNum"].tolist() == [5.0, 10.0]
+    assert [event.text for event in log.events] == ["lost, and found"]
+    path.write_text("12:00:01 started\n12:00:02 stopped\n")
+    with pytest.raises(FlightError, match="not an ArduPilot log"):
+        load_flight(path)

@@ -8,7 +8,7 @@ from scipy.io import loadmat, savemat
 
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.flight import load_flight
-from gsapp.flight.readers.tables import read_table
+from gsapp.flight.readers.tables import read_mat_columns, read_table
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 from gsapp.quantities import Block
@@ -121,10 +121,15 @@ def test_unknown_format_and_units(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["pyarrow", "pyulog"])
+@pytest.mark.parametrize("name", ["h5py", "pyarrow", "pyulog"])
 def test_extras_that_are_not_installed(tmp_path, monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
-    if name == "pyarrow":
+    if name == "h5py":
+        head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512)
+        (tmp_path / "g.mat").write_bytes(head + b"\x89HDF\r\n\x1a\n")
+        with pytest.raises(FlightError, match=r"version 7\.3.*pip install .*mat73.*-v7"):
+            load_flight(tmp_path / "g.mat")
+    elif name == "pyarrow":
         with pytest.raises(FlightError, match=r"pip install .*parquet"):
             write_block(tmp_path / "f.parquet", sample_block(), "parquet")
         (tmp_path / "g.parquet").write_bytes(b"PAR1")
@@ -216,15 +221,76 @@ def test_mat_without_map_says_what_it_holds(tmp_path):
         load_flight(path)
 
 
-def test_mat_of_version_73_and_damage(tmp_path):
+def write_mat_73(path, content):
+    """Write variables as MATLAB's save('-v7.3') does."""
+    h5py = pytest.importorskip("h5py")
+
+    def put(group, name, value):
+        if isinstance(value, dict):
+            made = group.create_group(name)
+            made.attrs["MATLAB_class"] = np.bytes_("struct")
+            for key, one in value.items():
+                put(made, key, one)
+            return
+        if isinstance(value, list):  # an array of structures
+            made = group.create_group(name)
+            made.attrs["MATLAB_class"] = np.bytes_("struct")
+            refs = group.file.require_group("#refs#")
+            for key in value[0]:
+                held = []
+                for one in value:
+                    put(refs, f"r{len(refs)}", one[key])
+                    held.append(refs[f"r{len(refs) - 1}"].ref)
+                made.create_dataset(key, data=np.array([held], dtype=h5py.ref_dtype))
+            return
+        kind, array = "double", np.atleast_2d(value)
+        if isinstance(value, str):
+            kind, array = "char", np.array([[ord(letter) for letter in value]], dtype=np.uint16)
+        elif array.shape[0] == 1:
+            array = array.T
+        group.create_dataset(name, data=array.T).attrs["MATLAB_class"] = np.bytes_(kind)
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, value in content.items():
+            put(file, name, value)
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\2IM")
+    return path
+
+
+def test_mat_of_version_73_is_read_as_older_ones(tmp_path):
+    """Vectors, matrices, structures and arrays of structures, by the same map and without one."""
+    clock = np.arange(60) * 0.02
+    content = {
+        "gyro": {"time": clock, "rates": np.column_stack([clock, 2 * clock, 3 * clock])},
+        "imu": [{"t": clock, "v": clock + 1, "of": "left"}, {"t": clock, "v": -clock, "of": "r"}],
+        "Speed": clock * 7,
+        "note": "a text",
+        "one": 5.0,
+    }
+    savemat(tmp_path / "old.mat", content)
+    old, old_units = read_mat_columns(tmp_path / "old.mat")
+    new, new_units = read_mat_columns(write_mat_73(tmp_path / "new.mat", content))
+    assert {"gyro.rates", "imu[1].v", "Speed", "one"} <= set(old)
+    assert set(new) == set(old)
+    assert all(np.array_equal(new[name], old[name]) for name in old)
+    assert new_units == old_units == {}
+    own = {"time": clock, "q_2": clock, "units": {"time": "s", "q_2": "deg/s"}}
+    flight = load_flight(write_mat_73(tmp_path / "own.mat", own))
+    np.testing.assert_allclose(flight.block["q.2"], np.deg2rad(clock))
+
+
+def test_damage_to_mat_files(tmp_path):
     path = tmp_path / "new.mat"
-    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n")
-    with pytest.raises(FlightError, match=r"version 7\.3.*-v7"):
-        load_flight(path)
     good = write_block(tmp_path / "good.mat", sample_block(), "mat").read_bytes()
     for cut in (0, 5, 100, 130, 200, 700, len(good) // 2, len(good) - 3):
         path.write_bytes(good[:cut])
         with pytest.raises((FlightError, FileProblemsError), match=r"new\.mat"):
+            load_flight(path)
+    whole = write_mat_73(path, {"q": np.arange(500.0)}).read_bytes()
+    for cut in (520, 600, len(whole) // 2):
+        path.write_bytes(whole[:cut])
+        with pytest.raises(FlightError, match=r"new\.mat is damaged"):
             load_flight(path)
 
 

@@ -14,7 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from gsapp.flight.atomic_files import copy_atomically
-from gsapp.flight.file_names import FRAMES_FILE
+from gsapp.flight.file_names import FLIGHT_FOLDER_FILES, FRAMES_FILE
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import LOG_SUFFIXES, load_flight, load_with_log
 from gsapp.flight.folder import FlightFolder
@@ -93,7 +93,7 @@ def list_logs(folder: FlightFolder) -> tuple[str, ...]:
             for path in list_files(folder.path)
             if path.suffix.casefold() in LOG_SUFFIXES
             and path.is_file()
-            and path.name != FRAMES_FILE
+            and path.name not in FLIGHT_FOLDER_FILES
             and not path.name.startswith(".")
         )
     )

@@ -289,6 +289,12 @@ def _channel_of(name: str) -> str:
 def read_flight_csv(path: Path | str) -> ColumnFlight:
     """Read a Flight CSV; cells that are empty or ``nan`` are missing samples."""
     table = read_delimited_table(path)
+    if not table.has_header:
+        raise UnmappedError(
+            f"{path} has {len(table.names)} columns of numbers without names; give a channel map "
+            f"of format 'table' with --map, with sources {table.names[0]} to {table.names[-1]}, or "
+            "start with a header such as 'time [s],alpha [deg],q [deg/s]'"
+        )
     if is_foreign_header(table.names):
         raise UnmappedError(
             f"{path} does not assign columns to channels and units; give a channel map of "

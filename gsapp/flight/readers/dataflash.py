@@ -1,4 +1,4 @@
-"""ArduPilot's on-board log, ``.bin``: records that describe themselves.
+"""ArduPilot's on-board log, ``.bin`` or text: records that describe themselves.
 
 Every record begins with ``A3 95`` and a type. Type 128 (FMT) gives the length, name, format and
 columns of another type; FMTU, UNIT and MULT add units, multipliers and which column numbers the
@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
+from gsapp.flight.readers.dataflash_text import TEXT_LETTERS, is_text_log, scan_text
 from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
@@ -76,6 +77,8 @@ class _Format:
     name: str
     letters: str
     columns: tuple[str, ...]
+    scaled: bool = False
+    """Whether the factors of the letters are in the values already."""
 
     @property
     def dtype(self) -> np.dtype[np.void] | None:
@@ -93,10 +96,11 @@ class _Format:
 
 
 def read_dataflash(path: Path | str) -> ForeignLog:
-    """Read an ArduPilot ``.bin`` log: all messages that are measured; ``MSG`` becomes events.
+    """Read an ArduPilot log: all messages that are measured; ``MSG`` becomes events.
 
-    Damaged stretches are passed over and remarked on. Values are in the units that the log states:
-    raw value times the multiplier of FMTU where there is one, else times the factor of the format
+    A ``.bin``, or the text that ground stations make of it, whatever the ending says. Damaged
+    stretches are passed over and remarked on. Values are in the units that the log states: raw
+    value times the multiplier of FMTU where there is one, else times the factor of the format
     letter.
     """
     file = Path(path)
@@ -108,14 +112,33 @@ def read_dataflash(path: Path | str) -> ForeignLog:
         ) from error
     if not data:
         raise FlightError(f"{file} is empty; copy the log from the aircraft again")
-    return _read(file, data)
+    return _read_text(file, data) if is_text_log(data) else _read(file, data)
+
+
+def _read_text(file: Path, data: bytes) -> ForeignLog:
+    messages, lost = scan_text(data)
+    records: dict[str, tuple[_Format, npt.NDArray[np.void]]] = {}
+    for name, message in messages.items():
+        rows, bad = message.rows()
+        form = _Format(
+            type=message.type,
+            length=0,
+            name=name,
+            letters=message.letters,
+            columns=message.columns,
+            scaled=True,
+        )
+        records[name] = form, rows
+        lost += bad
+    remarks = [f"{lost} lines of {file.name} were damaged and skipped"] if lost else []
+    return _log_of(file, records, remarks)
 
 
 def _read(file: Path, data: bytes) -> ForeignLog:
     positions, formats, lost, torn = _scan(data)
     if len(formats) < 2:
         raise FlightError(
-            f"{file} holds no format descriptions; not an ArduPilot .bin log, or its start is "
+            f"{file} holds no format descriptions; not an ArduPilot log, or its start is "
             "missing; download it again, or name another file"
         )
     octets = np.frombuffer(data, dtype=np.uint8)
@@ -129,6 +152,12 @@ def _read(file: Path, data: bytes) -> ForeignLog:
         remarks.append(f"the last record of {file.name} is incomplete and was skipped")
     if lost:
         remarks.append(f"{lost} bytes of {file.name} were damaged and skipped")
+    return _log_of(file, records, remarks)
+
+
+def _log_of(
+    file: Path, records: dict[str, tuple[_Format, npt.NDArray[np.void]]], remarks: list[str]
+) -> ForeignLog:
     scales = _Scales.of(records)
     tables: dict[tuple[str, str], LogTable] = {}
     for name, (form, rows) in records.items():
@@ -250,12 +279,12 @@ class _Scales:
         with contextlib.suppress(KeyError, ValueError):
             for row in records["UNIT"][1]:
                 label = bytes(row["Label"]).decode("latin-1")
-                units[chr(row["Id"] & 0x7F)] = _UNIT_NAMES.get(label, label)
+                units[chr(int(row["Id"]) & 0x7F)] = _UNIT_NAMES.get(label, label)
         with contextlib.suppress(KeyError, ValueError):
             for row in records["MULT"][1]:
                 # ArduPilot computes in single precision and stores that as a double: what it
                 # means by 1.0000000117e-07 is 1e-07, which is 5 cm of latitude.
-                factors[chr(row["Id"] & 0x7F)] = float(f"{row['Mult']:.7g}")
+                factors[chr(int(row["Id"]) & 0x7F)] = float(f"{row['Mult']:.7g}")
         with contextlib.suppress(KeyError, ValueError):
             for row in records["FMTU"][1]:
                 columns[int(row["FmtType"])] = (
@@ -272,10 +301,10 @@ class _Scales:
         """
         _, ids = self.columns.get(form.type, ("", ""))
         stated = self.factors.get(ids[column], 0.0) if column < len(ids) else 0.0
+        of_letter = _LETTERS[form.letters[column]][1]
         # '?' says that nobody has told; ArduPilot writes 1 for it.
-        if stated and ids[column] != "?":
-            return stated
-        return _LETTERS[form.letters[column]][1]
+        factor = stated if stated and ids[column] != "?" else of_letter
+        return factor / of_letter if form.scaled else factor
 
     def unit(self, form: _Format, column: int) -> str:
         ids, _ = self.columns.get(form.type, ("", ""))
@@ -296,7 +325,9 @@ def _tables(
         groups = {"": rows}
     else:
         numbers = rows[instance]
-        groups = {str(number): rows[numbers == number] for number in np.unique(numbers).tolist()}
+        groups = {
+            str(int(number)): rows[numbers == number] for number in np.unique(numbers).tolist()
+        }
     tables: dict[tuple[str, str], LogTable] = {}
     for selector, members in groups.items():
         stamp, unit = ("TimeUS", 1e-6) if "TimeUS" in form.columns else ("TimeMS", 1e-3)
@@ -310,7 +341,7 @@ def _tables(
         fields: dict[str, FloatArray] = {}
         units: dict[str, str] = {}
         for index, column in enumerate(form.columns):
-            if form.letters[index] in "nNZ":
+            if form.letters[index] in TEXT_LETTERS:
                 continue
             fields[column] = members[column][good].astype(np.float64) * scales.factor(form, index)
             stated = scales.unit(form, index)

@@ -1,7 +1,8 @@
-"""Text tables: comma-separated numbers under one line of names.
+"""Text tables: numbers in columns, usually under one line of names.
 
-Every mistake is named with line, column and remedy. Numbers are parsed a few thousand rows at a
-time by Python's own `float`, which measured faster than `numpy.loadtxt` and tells where it failed.
+Cells are separated by commas, semicolons, tabs or blanks. Every mistake is named with line, column
+and remedy. Numbers are parsed a few thousand rows at a time by Python's own `float`, which measured
+faster than `numpy.loadtxt` and tells where it failed.
 """
 
 from __future__ import annotations
@@ -17,13 +18,18 @@ import numpy as np
 
 from gsapp.foundation import FileProblem, FileProblemsError
 from gsapp.quantities import FloatArray
-from gsapp.quantities.units import parse_finite_number
+from gsapp.quantities.units import QUANTITIES, parse_finite_number
 
 _ROWS_AT_ONCE = 4096
 _BYTES_AT_ONCE = 1 << 20
 _LINES_LOOKED_AT = 20
 _MOST_PROBLEMS = 20
-_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_SEPARATORS = (";", "\t")
+"""In place of commas; where a line has none of the three, blanks separate its cells."""
+_COMMENT = "#%"
+"""Begins a line that is no data; the last one before the data may name the columns."""
+_BLANKS = re.compile(r"\s+(?![\[(])")
+"""Between words, and not before the unit of one."""
 _MOMENT = re.compile(r"\d+[-/.]\d+[-/.]\d+|\d+:\d\d")
 """How a date or a time of day begins."""
 _SEPARATOR_LINE = re.compile(r"\"?sep=.\"?,*", re.IGNORECASE)
@@ -36,15 +42,19 @@ class DelimitedTable:
 
     path: Path
     names: tuple[str, ...]
-    """The cells of the first line."""
+    """The cells of the line of names; without one ``column[0]``, ``column[1]`` and so on."""
     header_line: int
-    """Its number, from 1."""
+    """Number of the line before the first that may be data, from 1."""
     lines: tuple[str, ...]
-    """The lines below it, as they are, blank ones included."""
+    """The lines below it, their cells separated by commas, blank ones included."""
     quoted: bool
     """Whether cells may stand in quotation marks."""
     remarks: tuple[str, ...]
     """What was lost, in words."""
+
+    @property
+    def has_header(self) -> bool:
+        return self.names[0] != column_name(0)
 
     def numbers(self, columns: Sequence[int] | None = None) -> tuple[FloatArray, list[int]]:
         """Parse columns, by default all, as numbers; empty cells are NaN.
@@ -110,8 +120,6 @@ class DelimitedTable:
         remedy = "give every row one cell per column, empty where missing"
         if found > expected and all(cell.strip().lstrip("-").isdigit() for cell in row if cell):
             remedy = "decimal commas? write decimal points"
-        elif found < expected and any(separator in "".join(row) for separator in _SEPARATORS):
-            remedy = "separate the cells by commas, in every line"
         return FileProblem(
             where=f"line {line}",
             what=f"has {found} cells where the header has {expected}",
@@ -142,13 +150,19 @@ class DelimitedTable:
         return values, problems
 
 
+def column_name(index: int) -> str:
+    """Return what the column at `index`, from 0, is called in a table without names."""
+    return f"column[{index}]"
+
+
 def read_delimited_table(path: Path | str) -> DelimitedTable:
     """Read a text file as a table, its numbers not yet parsed.
 
-    UTF-8 with or without byte-order mark and Latin-1 are understood, as are all line ends. Lines
-    before the header that are blank or begin with ``#``, and one that tells a spreadsheet the
-    separator (``sep=,``), are passed over. A last line that was torn off is left out and remarked
-    on.
+    UTF-8 with or without byte-order mark and Latin-1 are understood, as are all line ends, and
+    decimal commas where cells are not separated by them. Lines before the header that are blank or
+    begin with ``#`` or ``%``, and one that tells a spreadsheet the separator (``sep=,``), are
+    passed over. Names may be missing, or stand in such a comment. A last line that was torn off is
+    left out and remarked on.
     """
     file = Path(path)
     data = _content(file)
@@ -157,7 +171,9 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
         (
             place
             for place, line in enumerate(lines)
-            if line.strip() and not line.startswith("#") and not _SEPARATOR_LINE.fullmatch(line)
+            if line.strip()
+            and line[0] not in _COMMENT
+            and not _SEPARATOR_LINE.fullmatch(line.strip())
         ),
         None,
     )
@@ -168,12 +184,21 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
             "is empty",
             "a flight needs a header such as 'time [s],q [deg/s]' and rows",
         )
+    separator = _separator(lines[header])
     quoted = b'"' in data
-    names = tuple(name.strip() for name in next(csv.reader([lines[header]])))
-    body = lines[header + 1 : header + 1 + _LINES_LOOKED_AT]
-    _check_comma_separated(file, header + 1, lines[header], body)
+    if separator == "," and not _are_numbers(lines[header].split(",")):
+        names = tuple(name.strip() for name in next(csv.reader([lines[header]])))
+        first = header + 1
+    else:
+        decimal_comma = separator != "," and not any(
+            "." in line for line in lines[header + 1 : header + 1 + _LINES_LOOKED_AT]
+        )
+        rows = _Rows(separator=separator, quoted=quoted, decimal_comma=decimal_comma)
+        first, names = rows.find_data(lines, header)
+        lines[first:] = [rows.with_commas(line) for line in lines[first:]]
+        quoted = False
     remarks: tuple[str, ...] = ()
-    if lines[-1] and not quoted and len(lines) - 1 > header:
+    if lines[-1] and not quoted and len(lines) > first:
         cells = lines[-1].count(",") + 1
         if cells < len(names):
             remarks = (
@@ -184,11 +209,77 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
     return DelimitedTable(
         path=file,
         names=names,
-        header_line=header + 1,
-        lines=tuple(lines[header + 1 :]),
+        header_line=first,
+        lines=tuple(lines[first:]),
         quoted=quoted,
         remarks=remarks,
     )
+
+
+def _separator(line: str) -> str:
+    """Return what separates the cells of a line; empty for blanks."""
+    best = max((",", *_SEPARATORS), key=line.count)
+    if not line.count(best):
+        return "" if len(_BLANKS.split(line.strip())) > 1 else ","
+    return best
+
+
+def _are_numbers(cells: Sequence[str]) -> bool:
+    return all(parse_finite_number(cell.strip()) is not None for cell in cells) and any(cells)
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    known = {unit for one in QUANTITIES.values() for unit in one.units} | {"-", ""}
+    return all(cell.strip("[]() ") in known for cell in cells)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Rows:
+    """How the lines of a table are to be split that is no plain CSV."""
+
+    separator: str
+    quoted: bool
+    decimal_comma: bool
+
+    def cells(self, line: str) -> list[str]:
+        """Split a line of names."""
+        if not self.separator:
+            return _BLANKS.split(line.strip())
+        parts = next(csv.reader([line], delimiter=self.separator)) if self.quoted else None
+        return [cell.strip() for cell in parts or line.split(self.separator)]
+
+    def with_commas(self, line: str) -> str:
+        """Return a line of data with commas between its cells."""
+        if self.separator == ",":
+            return line
+        cells = line.split() if not self.separator else self.cells(line)
+        return ",".join(cell.replace(",", "." if self.decimal_comma else " ") for cell in cells)
+
+    def find_data(self, lines: Sequence[str], header: int) -> tuple[int, tuple[str, ...]]:
+        """Return the place of the first line of numbers, and the names of its columns.
+
+        Names stand in the last line before it that has as many words, a comment perhaps; a line of
+        units below them is passed over.
+        """
+        stop = min(len(lines), header + _LINES_LOOKED_AT)
+        first = next(
+            (
+                place
+                for place in range(header, stop)
+                if _are_numbers(self.with_commas(lines[place]).split(","))
+            ),
+            None,
+        )
+        if first is None:
+            return header + 1, tuple(self.cells(lines[header]))
+        width = self.with_commas(lines[first]).count(",") + 1
+        for line in reversed(lines[:first]):
+            names = self.cells(line.strip().lstrip(_COMMENT))
+            if len(names) == width and not _are_numbers(names) and not _are_units(names):
+                return first, tuple(names)
+        if first == header:
+            return first, tuple(column_name(index) for index in range(width))
+        return header + 1, tuple(self.cells(lines[header]))
 
 
 def single_problem(path: Path, where: str, what: str, remedy: str) -> FileProblemsError:
@@ -238,19 +329,6 @@ def _decoded_lines(data: bytes, encoding: str) -> list[str]:
         lines[-1:] = piece.decode(encoding).split("\n")  # the last one is empty until here
         start = end
     return lines or [""]
-
-
-def _check_comma_separated(path: Path, line: int, header: str, body: Sequence[str]) -> None:
-    for separator, name in _SEPARATORS.items():
-        if separator in header and header.count(separator) > header.count(","):
-            sample = "".join(body)
-            decimal = " and the numbers have decimal commas" if "," in sample else ""
-            remedy = "separate the cells by commas"
-            if decimal:
-                remedy += " and write decimal points"
-            raise single_problem(
-                path, f"line {line}", f"the cells are separated by {name}{decimal}", remedy
-            )
 
 
 def _fast_numbers(rows: Sequence[Sequence[str]], width: int) -> FloatArray | None:

@@ -17,6 +17,7 @@ from gsapp.flight.readers.delimited_table import (
     single_problem,
 )
 from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.mat_hdf5 import read_mat_hdf5
 from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import FloatArray, normalize_unit, to_si
@@ -29,7 +30,7 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
     """Read the arrays of numbers of a ``.mat`` file, and the texts of a structure ``units``.
 
     By variable, shape (n,) or (n, k), rows for time; a member of a structure is ``gyro.q``, one of
-    the second in an array of structures ``gyro[1].q``. Version 7.3, which is HDF5, is refused.
+    the second in an array of structures ``gyro[1].q``.
     """
     file = Path(path)
     try:
@@ -40,22 +41,11 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
     if head.startswith((b"MATLAB 7.3", _HDF5)) or head[_HDF5_AT:] == _HDF5:
-        raise FlightError(
-            f"{file} is of version 7.3, which is HDF5; in MATLAB save it with "
-            "save('file.mat', '-v7')"
-        )
-    if not head.startswith(b"MATLAB 5.0"):
+        content = read_mat_hdf5(file)
+    elif head.startswith(b"MATLAB 5.0"):
+        content = _load_mat_5(file)
+    else:
         raise FlightError(f"{file} is not a MATLAB .mat file of version 5 to 7; name another file")
-    from scipy.io import loadmat  # a tenth of a second
-
-    try:
-        content = loadmat(file, simplify_cells=True)
-    except Exception as error:
-        # A damaged file makes SciPy's parser raise whatever it stumbles over.
-        raise FlightError(
-            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
-            "save('file.mat', '-v7')"
-        ) from error
     columns: dict[str, FloatArray] = {}
     stated = content.pop("units", None)
     units = (
@@ -66,6 +56,20 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
     )
     _collect("", {k: v for k, v in content.items() if not k.startswith("__")}, columns)
     return columns, units
+
+
+def _load_mat_5(file: Path) -> dict[str, Any]:
+    from scipy.io import loadmat  # a tenth of a second
+
+    try:
+        content: dict[str, Any] = loadmat(file, simplify_cells=True)
+    except Exception as error:
+        # A damaged file makes SciPy's parser raise whatever it stumbles over.
+        raise FlightError(
+            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
+            "save('file.mat', '-v7')"
+        ) from error
+    return content
 
 
 def _is_empty(value: Any) -> bool:
