@@ -235,11 +235,14 @@ def test_a_stuck_test_stands_in_the_summary_with_the_reasons_of_skips(
 def test_what_runs_is_asked_to_end_and_may_take_its_time(
     begin: str, send: str, number: str
 ) -> None:
+    # Short sleeps: a signal between the last look of the interpreter and the call that sleeps is
+    # answered only after it.
     inner = (
         "import signal, sys, time\n"
         "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
         "try:\n"
-        "    print('ready', flush=True); time.sleep(60)\n"
+        "    print('ready', flush=True)\n"
+        "    for _ in range(600): time.sleep(0.1)\n"
         "except KeyboardInterrupt:\n"
         "    time.sleep(1); sys.exit(7)\n"
     )
