@@ -132,7 +132,7 @@ def _write_report(
     from gsapp.flight.info import local_timestamp
     from gsapp.report.certificate_report import write_certificate_report
 
-    newest = max(former, key=lambda one: one.stamp.replace(tzinfo=None), default=None)
+    newest = max(former, key=lambda one: one.stamp.astimezone(), default=None)
     write_certificate_report(
         evaluate_certificate(certificate, file, newest), report,
         written=f"{local_timestamp():%Y-%m-%d %H:%M}",

@@ -1,6 +1,8 @@
 """The place Preflight, driven by keys, with pixels read: card, checklist, test cards."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -167,6 +169,19 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     at_hand.apply(at_hand.folder if aircraft == at_hand.folder.aircraft else shelf)
     assert [path.stem for path in flight.certificate_files()] == (["rudder"] if kept else [])
     assert load_certificates(store.current.calibration)["rudder"].channel == "rudder"
+
+
+def test_the_last_operator_is_found_among_stamps_with_and_without_a_zone(tmp_path: Path) -> None:
+    folder = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
+    certificate = load_certificates("b777")["rudder"]
+    noon = datetime.fromisoformat("2026-05-12T12:00")
+    for channel, who, stamp in (
+        ("rudder", "Ada", noon),
+        ("flap", "Bo", noon.astimezone(timezone(timedelta(hours=-9))) + timedelta(hours=1)),
+        ("alpha", "Cy", noon.astimezone(timezone(timedelta(hours=9))) - timedelta(hours=1)),
+    ):
+        folder.store.put_in_force(replace(certificate, channel=channel, who=who, stamp=stamp))
+    assert folder.last_operator() == "Bo"
 
 
 def test_no_fuel_is_a_value_too() -> None:

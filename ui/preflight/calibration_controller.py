@@ -127,7 +127,8 @@ class CalibrationFolder:
 
     def last_operator(self) -> str:
         """Return who calibrated last here."""
-        held = sorted(self.store.in_force().values(), key=lambda one: one.stamp)
+        # A stamp without a zone is the field's local time.
+        held = sorted(self.store.in_force().values(), key=lambda one: one.stamp.astimezone())
         return held[-1].who if held else ""
 
     def copy_to_flight(self, flight: Path) -> bool:
