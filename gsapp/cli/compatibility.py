@@ -133,7 +133,7 @@ def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
         )
         for name, one in result.parameters.items():
             if one.value is None or one.std is None:
-                table.add_row(name, "not observable", "", one.why)
+                table.add_row(name, one.status.replace("-", " "), "", one.why)
             else:
                 value, std = (
                     convert_text_units(words, DISPLAY_UNITS.get())

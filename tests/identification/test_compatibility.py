@@ -106,6 +106,10 @@ def test_a_vane_elsewhere_is_named_and_nothing_else_blamed(
     wrong = [at_wrong_position(one, 1.0, 0.0) for one in maneuvers_of(flown_short(1))]
     found = check_compatibility(wrong, settings=CompatibilitySettings(try_signs=False))
     assert {(one.kind, one.channels) for one in found.verdicts} == {("position", ("alpha",))}
+    statuses = {name: one.status for name, one in found.parameters.items()}
+    assert statuses["alpha.position"] == "estimated"
+    # Held: no statement on whether these maneuvers could show it.
+    assert statuses["alpha.scale"] == "not-needed"
 
 
 def test_a_bad_vane_is_named() -> None:

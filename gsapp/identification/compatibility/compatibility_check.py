@@ -172,8 +172,8 @@ def _parameters(
         name: InstrumentParameter(
             value=None,
             nominal=nominal_value(name),
-            status="not-observable",
-            why="not needed: with it free the instruments agree no better",
+            status="not-needed",
+            why="with it free the instruments agree no better",
         )
         for name in usual
         if name not in found.free

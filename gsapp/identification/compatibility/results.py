@@ -12,7 +12,7 @@ from gsapp.identification.results import ResponseFit, ResponseHistory
 from gsapp.quantities import channel
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
-InstrumentParameterStatus = Literal["estimated", "not-observable"]
+InstrumentParameterStatus = Literal["estimated", "not-observable", "not-needed"]
 InstrumentVerdictKind = Literal[
     "reversed",
     "exchanged",
@@ -41,7 +41,7 @@ class InstrumentParameter:
     data cannot see it."""
     nominal: float = 0.0  # Of a faultless instrument: 1 for a scale, else 0.
     status: InstrumentParameterStatus = "estimated"
-    why: str = ""  # In words, where it was not earned.
+    why: str = ""  # In words, where it was not estimated.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
