@@ -5,9 +5,11 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from shiboken6 import isValid
 
 from ui.number_format import duration_text
 from ui.translation import tr
@@ -17,8 +19,31 @@ _REPORT_SECONDS = 0.05
 _CANCEL_TIMEOUT_MS = 2000  # After which a work that was asked to stop is not waited for any more.
 
 
+_END_TIMEOUT = 1.0  # Seconds for a thread whose work has ended.
+
+
 class JobCanceledError(Exception):
     """The user asked the work to stop. Not an error."""
+
+
+class _WindowThread(QObject):
+    """Calls functions in the thread of the window, for any other thread.
+
+    A thread that emitted a signal of its job would do so while the window deletes the job. This
+    object is never deleted.
+    """
+
+    requested = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requested.connect(self._call, Qt.ConnectionType.QueuedConnection)
+
+    def _call(self, function: Callable[[], object]) -> None:
+        function()
+
+
+_window_thread = cache(_WindowThread)
 
 
 class JobProgress:
@@ -61,7 +86,6 @@ class BackgroundJob(QObject):
     failed = Signal(object)  # The exception.
     canceled = Signal()  # It stopped because it was asked to.
     discarded = Signal(object)  # A result that came after that, for those who must undo it.
-    _ended = Signal(object, object)
 
     def __init__(
         self,
@@ -81,7 +105,7 @@ class BackgroundJob(QObject):
         self._started = 0.0
         self._reported_at = 0.0
         self._abandoned = False
-        self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
+        self._window_thread = _window_thread()
 
     def start(self) -> None:
         self.is_running = True
@@ -110,16 +134,10 @@ class BackgroundJob(QObject):
         try:
             result = self._function(self._progress)
         except BaseException as error:
-            self._emit_end(None, error)
+            end = partial(self._finish, None, error)
         else:
-            self._emit_end(result, None)
-
-    def _emit_end(self, result: object, error: BaseException | None) -> None:
-        try:
-            self._ended.emit(result, error)
-        except RuntimeError:
-            # The window was closed meanwhile and this object with it.
-            return
+            end = partial(self._finish, result, None)
+        self._window_thread.requested.emit(end)
 
     def _report_progress(self, share: float | None, doing: str) -> None:
         now = time.monotonic()
@@ -132,10 +150,18 @@ class BackgroundJob(QObject):
             sentence = tr("{doing} · {duration} left").format(
                 doing=doing, duration=duration_text(elapsed * (1.0 - share) / share)
             )
-        self.progressed.emit(share, sentence)
+        self._window_thread.requested.emit(partial(self._show_progress, share, sentence))
+
+    def _show_progress(self, share: float | None, sentence: str) -> None:
+        if isValid(self):
+            self.progressed.emit(share, sentence)
 
     def _finish(self, result: object, error: BaseException | None) -> None:
+        # The last reference must go in this thread.
+        self.wait(_END_TIMEOUT)
         self.is_running = False
+        if not isValid(self):  # The window was closed meanwhile, and this object with it.
+            return
         if self._abandoned:
             if error is None:
                 self.discarded.emit(result)
@@ -147,5 +173,7 @@ class BackgroundJob(QObject):
             self.failed.emit(error)
         else:
             self.done.emit(result)
-        # What it was made with and told to may hold a whole flight.
+        # What it was made with and told to may hold a whole flight. What it was told to may be all
+        # that holds its parent, which would delete it once more.
+        self.setParent(None)
         self.deleteLater()

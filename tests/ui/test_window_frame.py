@@ -1246,9 +1246,41 @@ def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> N
     del held
     qtbot.waitUntil(lambda: sorted(told) == [1, 3] and not parent.children())
     gc.collect()
-    assert gone() is None
+    qtbot.waitUntil(lambda: gone() is None)
     assert not kept.is_running
     kept.cancel()
+
+
+def test_a_work_may_end_while_its_window_goes(qtbot: QtBot) -> None:
+    """The end of its thread and the end of its parent meet; a crash would end this process."""
+    told: list[object] = []
+    threads = []
+    for _ in range(50):
+        parent = QObject()
+        work = BackgroundJob("Reading", lambda _progress: 1, parent)
+        work.done.connect(told.append)
+        work.start()
+        threads.append(work._thread)
+        del parent, work
+    qtbot.waitUntil(lambda: not any(thread is not None and thread.is_alive() for thread in threads))
+    qtbot.wait(1)
+    assert not told
+
+
+def test_a_work_may_hold_the_last_reference_to_its_window(qtbot: QtBot) -> None:
+    told: list[int] = []
+    gone = []
+
+    def begin() -> None:
+        parent = QObject()
+        parent.destroyed.connect(lambda: gone.append(True))
+        work = BackgroundJob("Reading", lambda _progress: 1, parent)
+        work.done.connect(lambda _result: told.append(len(parent.children())))
+        work.start()
+
+    begin()
+    qtbot.waitUntil(lambda: bool(gone))
+    assert told == [1]
 
 
 # The end
