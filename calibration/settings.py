@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-FIT_ORDER_TITLES: Final = {1: "straight line", 2: "quadratic", 3: "cubic"}
+from gsapp.foundation.translation import QT_TR_NOOP
+
+FIT_ORDER_TITLES: Final = {
+    1: QT_TR_NOOP("straight line"),
+    2: QT_TR_NOOP("quadratic"),
+    3: QT_TR_NOOP("cubic"),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

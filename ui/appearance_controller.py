@@ -10,8 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QDialogButtonBox, QWidget
 
 from ui.commands import CommandSet
-from ui.dialogs.connect import ConnectionOptions, connection_options
-from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.connect import ConnectionOptions, add_recording_fields, connection_options
 from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
 from ui.display_style import SCALE_STEPS, DisplayStyle, sans_serif_font
 from ui.settings import Settings, SettingsStore, recording_folder, unwritable_reason
@@ -51,17 +50,7 @@ class SettingsDialog(FormDialog):
         self.flights = PathField(tr("Flights folder"), look)
         self.message = FieldMessage()
         self.add_row(tr("Flights folder"), self.flights, self.message)
-        self.aircraft = ShippedFileField(tr("Aircraft"), choices.aircraft, settings.aircraft)
-        self.add_row(tr("Aircraft"), self.aircraft)
-        self.channel_map = ShippedFileField(
-            tr("Channel map"), choices.channel_maps, settings.channel_map
-        )
-        self.add_row(tr("Channel map"), self.channel_map)
-        self.calibration = ShippedFileField(
-            tr("Calibration"), choices.calibrations, settings.calibration,
-            none=tr("From the channel map"), folder=True,
-        )  # fmt: skip
-        self.add_row(tr("Calibration"), self.calibration)
+        self.recording = add_recording_fields(self, choices, settings)
         restore = self.buttons.addButton(
             tr("Restore defaults"), QDialogButtonBox.ButtonRole.ResetRole
         )
@@ -90,12 +79,8 @@ class SettingsDialog(FormDialog):
             box.setCurrentIndex(max(box.findData(value), 0))
         self.sound.setChecked(not settings.muted)
         self.flights.edit.setText(str(recording_folder(settings)))
-        for field, name in (
-            (self.aircraft, settings.aircraft),
-            (self.channel_map, settings.channel_map),
-            (self.calibration, settings.calibration),
-        ):
-            field.show_value(name)
+        for name, field in self.recording.items():
+            field.show_value(getattr(settings, name))
         self._validate()
 
     def _validate(self) -> None:
@@ -120,9 +105,7 @@ class SettingsDialog(FormDialog):
             "muted": not self.sound.isChecked(),
             "flight_speech": self.speech.currentData(),
             "flights": "" if flights == usual else flights,
-            "aircraft": self.aircraft.value,
-            "channel_map": self.channel_map.value,
-            "calibration": self.calibration.value,
+            **{name: field.value for name, field in self.recording.items()},
         }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -172,7 +171,7 @@ class FileMenuController(QObject):
     def _connect(self, dialog: ConnectDialog) -> None:
         """Record what the dialog asks for; the dialog stays where that is refused."""
         if (place := self._choose_recording_folder(dialog)) is not None:
-            self._unproven = replace(dialog.request, folder=place[0], append=place[1])
+            self._unproven = dialog.request.with_changes(folder=place[0], append=place[1])
             self._controller.flight_opener.connect_aircraft(
                 self._unproven, refused=dialog.show_error
             )

@@ -14,7 +14,6 @@ from PySide6.QtCore import QObject, Signal
 from calibration.certificate_store import CertificateStore
 from gsapp.decoding.channel_map import ChannelMap
 from gsapp.flight.events import EventLog, events_path, vehicle_event
-from gsapp.flight.folder import FlightFolder
 from gsapp.flight.folder_setup import apply_draft, reset_draft
 from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
@@ -32,7 +31,6 @@ from ui.recorder_controller import (
     PendingFlight,
     RunningRecorder,
     launch_virtual_aircraft,
-    prepare_requested_flight,
 )
 from ui.settings import (
     SettingsStore,
@@ -182,7 +180,7 @@ class FlightOpener(QObject):
             self.message_posted.emit("note", words)
         if not request.folder.exists():
             begun.folder = request.folder
-        folder = FlightFolder(path=prepare_requested_flight(request))
+        folder = request.prepare_folder(request.folder, request.link, name=request.title)
         try:
             handed_over = apply_draft(
                 next_flight_path(self._store.path), folder, keep=True, named=not trial

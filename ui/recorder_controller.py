@@ -13,13 +13,12 @@ from threading import Thread
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
 from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import shortcut_text
-from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest
+from ui.dialogs.flight_requests import VirtualFlightRequest
 from ui.error_reporter import ErrorReporter
 from ui.translation import tr
 
@@ -118,18 +117,6 @@ class RecorderMonitor(QObject):
         if running != self.running:
             self.running = running
             self.changed.emit()
-
-
-def prepare_requested_flight(request: ConnectRequest) -> Path:
-    """Make the flight folder with copies of everything in force; see `prepare_flight_folder`."""
-    return prepare_flight_folder(
-        request.folder,
-        name=request.title,
-        aircraft=request.aircraft,
-        channel_map=request.channel_map,
-        calibration=request.calibration,
-        source=request.link,
-    ).path
 
 
 def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> AircraftProcess:

@@ -5,8 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.foundation.translation import QT_TR_NOOP
+
 if TYPE_CHECKING:
     from PySide6.QtCore import QCoreApplication, QLocale, QTranslator
+
+__all__ = ["QT_TR_NOOP", "install_translator", "tr"]
 
 _FOLDER = Path(__file__).with_name("translations")
 # The builders of the pilot's page and the workers know nothing of Qt: it is loaded with the
@@ -17,11 +21,6 @@ _translator: QTranslator | None = None
 def tr(text: str) -> str:
     """Return a text of the window in its language; English where there is no translation."""
     return (_translator.translate("", text) or text) if _translator is not None else text
-
-
-def QT_TR_NOOP(text: str) -> str:
-    """Mark a text of a table for ``pyside6-lupdate``; `tr` translates it where it is shown."""
-    return text
 
 
 def install_translator(

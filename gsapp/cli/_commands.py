@@ -181,7 +181,7 @@ def _type(name: str, field: FieldInfo) -> tuple[Any, Any]:
 
     if name == "method":
         return Literal[tuple(estimation_methods())], field.default
-    if field.annotation in (bool, int) or get_origin(field.annotation) is Literal:
+    if field.annotation in (bool, bool | None, int) or get_origin(field.annotation) is Literal:
         return field.annotation, field.default
     if setting_info(field).is_repeatable:
         return list[str] | None, None

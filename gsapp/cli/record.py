@@ -6,11 +6,11 @@ import contextlib
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
+from gsapp.cli._commands import takes_settings
 from gsapp.cli._options import JsonFile
 
 if TYPE_CHECKING:
@@ -20,31 +20,14 @@ _FIRST_DIAGNOSIS = 5.0
 """Seconds without anything useful before it is said what is wrong with the link."""
 
 
-@takes_settings(MANEUVER_SETTINGS, "channel_map")
+@takes_settings("gsapp.telemetry.recording_settings:RecordingSettings")
 def record(
     link: Annotated[str, typer.Argument(metavar="LINK")],
     out: Annotated[
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
     ],
-    aircraft: Annotated[
-        str | None,
-        typer.Option(metavar="FILE", help="Aircraft: a file, or the name of a shipped one"),
-    ] = None,
-    calibration: Annotated[
-        str | None,
-        typer.Option(metavar="FOLDER", help="Certificates: a folder, or the name of a shipped set"),
-    ] = None,
-    heartbeat: Annotated[
-        bool | None, typer.Option(help="Send a heartbeat every second; default: over udpout only")
-    ] = None,
-    speed: Annotated[
-        float | None, typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT")
-    ] = None,
-    append: Annotated[
-        bool, typer.Option("--continue", help="Append to a flight that is already finished")
-    ] = False,
     json: JsonFile = None,
-    channel_map: str | None = None,
+    **values: Any,
 ) -> None:
     """Record all that comes over a link, until Ctrl-C.
 
@@ -57,7 +40,6 @@ def record(
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._flight_text import print_aircraft_warnings
     from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
-    from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.foundation import GroundStationError
     from gsapp.foundation.process_control import on_termination_signal
     from gsapp.telemetry.link_registry import kind_of, parse_link
@@ -67,6 +49,7 @@ def record(
         rollback_on_failure,
     )
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
+    from gsapp.telemetry.recording_settings import RecordingSettings
 
     console = PlainConsole(stderr=is_stdout(json))
 
@@ -78,29 +61,28 @@ def record(
     stop, give_up = threading.Event(), threading.Event()
     teller = _StatusPrinter(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     # Before anything is made.
-    check_speed(speed)
     with as_usage_error():
+        settings = RecordingSettings(**values)
         kind = kind_of(parse_link(link))
+    speed = settings.speed
+    check_speed(speed)
     if speed is not None and kind.is_physical:
         raise CommandUsageError(
             f"only a flight or the virtual aircraft has a speed; leave out --speed for '{link}'"
         )
-    channel_map = channel_map or kind.channel_map or None
+    settings = settings.with_changes(channel_map=settings.channel_map or kind.channel_map)
     _check_other_flight(link, out)
-    if not append:
+    if not settings.append:
         check_not_finished(out, "name a new folder, or append to it with --continue")
     if record_state(out) == "interrupted":
         say(f"The recorder of {out} ended unexpectedly; continuing its flight.")
     options = {} if speed is None else {"speed": speed}
     with on_termination_signal(create_stop_handler(stop, give_up)), rollback_on_failure(out):
-        folder = prepare_flight_folder(
-            out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
-            tell=say,
-        )  # fmt: skip
+        folder = settings.prepare_folder(out, link, tell=say)
         print_aircraft_warnings(console, [folder.aircraft()])
         status = record_link(
-            link, out, heartbeat=heartbeat, stop=stop, give_up=give_up, on_status=teller.tell,
-            **options,
+            link, out, heartbeat=settings.heartbeat, stop=stop, give_up=give_up,
+            on_status=teller.tell, **options,
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
     frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines

@@ -9,6 +9,7 @@ from typing import Final
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.settings import Names, OptionalNames, setting
+from gsapp.foundation.translation import QT_TR_NOOP
 from gsapp.quantities.constants import DEGREE
 
 
@@ -21,31 +22,35 @@ class DiscrepancySettings(ManeuverSettings):
 
     # fmt: off
     model: str = setting(
-        "", "Current model",
-        "Model to test: a file, or the name of a shipped one; default: fitted linear build-up. "
-        "Its values are trusted.",
+        "", QT_TR_NOOP("Current model"),
+        QT_TR_NOOP("Model to test: a file, or the name of a shipped one; default: fitted linear "
+                   "build-up. Its values are trusted."),
         option="--model", metavar="FILE")
     refused: Names = setting(
-        (), "Refused", "Never name this effect.",
+        (), QT_TR_NOOP("Refused"),
+        QT_TR_NOOP("Never name this effect."),
         option="--refuse", metavar="ID", is_repeatable=True)
     forced: Names = setting(
-        (), "Forced", "Add this effect regardless of evidence. Several: in this order.",
+        (), QT_TR_NOOP("Forced"),
+        QT_TR_NOOP("Add this effect regardless of evidence. Several: in this order."),
         option="--force", metavar="ID", is_repeatable=True)
     held_out: OptionalNames = setting(
-        None, "Held out",
-        "Hold out this maneuver; default: one of each kind, about a quarter. It takes no part in "
-        "naming and fitting.",
+        None, QT_TR_NOOP("Held out"),
+        QT_TR_NOOP("Hold out this maneuver; default: one of each kind, about a quarter. It takes "
+                   "no part in naming and fitting."),
         option="--held-out", metavar="MANEUVER", is_repeatable=True)
     most_effects: int = setting(
-        4, "Most effects", "Maximum number of effects.",
+        4, QT_TR_NOOP("Most effects"),
+        QT_TR_NOOP("Maximum number of effects."),
         option="--most-effects", metavar="N", ge=0)
     check_instruments: bool = setting(
-        False, "Check instruments",
-        "Compare instruments by kinematics, even where the model explains the flights: seconds, "
-        "ten of them with colored noise.")
+        False, QT_TR_NOOP("Check instruments"),
+        QT_TR_NOOP("Compare instruments by kinematics, even where the model explains the flights: "
+                   "seconds, ten of them with colored noise."))
     false_alarm: float = setting(
-        0.001, "Chance of a false name",
-        "Chance of naming anything where nothing is missing, over all places and candidates.")
+        0.001, QT_TR_NOOP("Chance of a false name"),
+        QT_TR_NOOP("Chance of naming anything where nothing is missing, over all places and "
+                   "candidates."))
     # fmt: on
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from gsapp.foundation.settings import Names, SettingsModel, setting
+from gsapp.foundation.translation import QT_TR_NOOP
 
 _OF_FLIGHT: Final = "that of each flight"
 
@@ -14,25 +15,31 @@ class ManeuverSettings(SettingsModel):
 
     # fmt: off
     aircraft: str = setting(
-        "", "Aircraft",
-        "Aircraft: a file, or the name of a shipped one; else the copy in the flight folder. "
-        "Choose another file only to correct what was recorded with the flight.",
+        "", QT_TR_NOOP("Aircraft"),
+        QT_TR_NOOP("Aircraft: a file, or the name of a shipped one; else the copy in the flight "
+                   "folder. Choose another file only to correct what was recorded with the "
+                   "flight."),
         option="--aircraft", metavar="FILE", default_text=_OF_FLIGHT)
     maneuver_windows: Names = setting(
-        (), "Maneuver windows",
-        "Use this time window (s) instead of detected maneuvers; K:START:STOP for the K-th flight.",
+        (), QT_TR_NOOP("Maneuver windows"),
+        QT_TR_NOOP("Use this time window (s) instead of detected maneuvers; K:START:STOP for the "
+                   "K-th flight."),
         option="--maneuver", metavar="START:STOP", is_repeatable=True)
     every_grade: bool = setting(
-        False, "Every grade", "Include maneuvers graded unfit (D).", option="--every-grade")
+        False, QT_TR_NOOP("Every grade"),
+        QT_TR_NOOP("Include maneuvers graded unfit (D)."),
+        option="--every-grade")
     as_found: bool = setting(
-        False, "As found", "Ignore manual changes from the review.",
+        False, QT_TR_NOOP("As found"),
+        QT_TR_NOOP("Ignore manual changes from the review."),
         option="--as-found")
     channel_map: str = setting(
-        "", "Channel map", "Channel map: a file, or the name of a shipped one.",
+        "", QT_TR_NOOP("Channel map"),
+        QT_TR_NOOP("Channel map: a file, or the name of a shipped one."),
         option="--map", metavar="MAP", default_text=_OF_FLIGHT)
     calibration: str = setting(
-        "", "Certificates",
-        "Certificates to use instead of those of the flight: a folder, or a shipped set. "
-        "Choose others after a calibration that was found wrong.",
+        "", QT_TR_NOOP("Certificates"),
+        QT_TR_NOOP("Certificates to use instead of those of the flight: a folder, or a shipped "
+                   "set. Choose others after a calibration that was found wrong."),
         option="--calibration", metavar="FOLDER|NAME", default_text="those of each flight")
     # fmt: on

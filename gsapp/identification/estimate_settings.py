@@ -19,6 +19,7 @@ from gsapp.foundation.settings import (
     Values,
     setting,
 )
+from gsapp.foundation.translation import QT_TR_NOOP
 from gsapp.identification.axes import Axis
 from gsapp.identification.methods import DEFAULT_METHOD, estimation_method
 
@@ -30,83 +31,100 @@ class FitSettings(SettingsModel):
 
     # fmt: off
     free: OptionalNames = setting(
-        None, "Free",
-        "Estimate these alone; the others keep the values of the model.",
+        None, QT_TR_NOOP("Free"),
+        QT_TR_NOOP("Estimate these alone; the others keep the values of the model."),
         option="--free", metavar="NAME,..",
         default_text="those of the surfaces moved (tables 6.2.5 and 6.2.6)")
     free_effects: Names = setting(
-        (), "Free parameters of effects",
-        "Parameters of the effects of the model that are free, <effect id>.<parameter>.")
+        (), QT_TR_NOOP("Free parameters of effects"),
+        QT_TR_NOOP("Parameters of the effects of the model that are free, "
+                   "<effect id>.<parameter>."))
     held: Values = setting(
-        {}, "Held", "Hold a derivative, or a parameter of an effect, at a value.",
+        {}, QT_TR_NOOP("Held"),
+        QT_TR_NOOP("Hold a derivative, or a parameter of an effect, at a value."),
         option="--hold", metavar="NAME=VALUE", is_repeatable=True)
     start: Values = setting(
-        {}, "Start values", "Start value of a derivative.",
+        {}, QT_TR_NOOP("Start values"),
+        QT_TR_NOOP("Start value of a derivative."),
         option="--start", metavar="NAME=VALUE", is_repeatable=True,
         default_text="from equation error")
     priors: Priors = setting(
-        {}, "A-priori values", "A-priori value of a derivative with its standard deviation (W2).",
+        {}, QT_TR_NOOP("A-priori values"),
+        QT_TR_NOOP("A-priori value of a derivative with its standard deviation (W2)."),
         option="--prior", metavar="NAME=VALUE:STD", is_repeatable=True)
     states: OptionalNames = setting(
-        None, "States", "Integrated states; the others are measured.",
+        None, QT_TR_NOOP("States"),
+        QT_TR_NOOP("Integrated states; the others are measured."),
         option="--states", metavar="ID,..", default_text=_OF_AXIS)
     responses: OptionalNames = setting(
-        None, "Responses",
-        "Responses compared with measurement. What a maneuver did not measure is left out there.",
+        None, QT_TR_NOOP("Responses"),
+        QT_TR_NOOP("Responses compared with measurement. What a maneuver did not measure is left "
+                   "out there."),
         option="--responses", metavar="ID,..", default_text=_OF_AXIS)
     biases: OptionalNames = setting(
-        None, "Sensor biases", "Responses whose sensor bias is free.",
+        None, QT_TR_NOOP("Sensor biases"),
+        QT_TR_NOOP("Responses whose sensor bias is free."),
         option="--biases", metavar="ID,..", default_text=_OF_AXIS)
     scale_factors: Names = setting(
-        (), "Scale factors", "Responses whose scale factor is free (1: none).",
+        (), QT_TR_NOOP("Scale factors"),
+        QT_TR_NOOP("Responses whose scale factor is free (1: none)."),
         option="--scales", metavar="ID,..")
     time_shifts: Names = setting(
-        (), "Time shifts", "Responses whose time shift is free (s, positive: late).",
+        (), QT_TR_NOOP("Time shifts"),
+        QT_TR_NOOP("Responses whose time shift is free (s, positive: late)."),
         option="--shifts", metavar="ID,..")
     noise: Literal["diagonal", "full"] = setting(
-        "diagonal", "Noise of the responses",
-        "Whether the noise of different responses is independent (diagonal) or correlated (full). "
-        "Choose correlated where one disturbance, such as a gust, moves several responses at once.",
-        option="--noise", choices=(("diagonal", "Independent"), ("full", "Correlated")))
+        "diagonal", QT_TR_NOOP("Noise of the responses"),
+        QT_TR_NOOP("Whether the noise of different responses is independent (diagonal) or "
+                   "correlated (full). Choose correlated where one disturbance, such as a gust, "
+                   "moves several responses at once."),
+        option="--noise",
+        choices=(("diagonal", QT_TR_NOOP("Independent")), ("full", QT_TR_NOOP("Correlated"))))
     integration: Literal["rk4", "euler"] = setting(
-        "rk4", "Integration",
-        "Runge-Kutta of fourth order, or Euler. Choose Euler only to reproduce the numbers of an "
-        "older program.",
-        option="--integration", choices=(("rk4", "Runge-Kutta"), ("euler", "Euler")))
+        "rk4", QT_TR_NOOP("Integration"),
+        QT_TR_NOOP("Runge-Kutta of fourth order, or Euler. Choose Euler only to reproduce the "
+                   "numbers of an older program."),
+        option="--integration",
+        choices=(("rk4", QT_TR_NOOP("Runge-Kutta")), ("euler", QT_TR_NOOP("Euler"))))
     bound_factor: OptionalNumber = setting(
-        None, "Bounds",
-        "Multiply the Cramer-Rao bounds by this in place of the correction for colored residuals. "
-        "The source: 10.",
+        None, QT_TR_NOOP("Bounds"),
+        QT_TR_NOOP("Multiply the Cramer-Rao bounds by this in place of the correction for colored "
+                   "residuals. The source: 10."),
         option="--bound-factor", metavar="X", unit="times Cramer-Rao",
         default_text="corrected for colored residuals", gt=0.0)
     stand_ins: Values = setting(
-        {}, "Stand-ins",
-        "Constant for a channel that was not measured, SI and radians, such as V=30. By default "
-        "the other maneuvers of the campaign give it, where they can.",
+        {}, QT_TR_NOOP("Stand-ins"),
+        QT_TR_NOOP("Constant for a channel that was not measured, SI and radians, such as V=30. "
+                   "By default the other maneuvers of the campaign give it, where they can."),
         option="--stand-in", metavar="NAME=VALUE", is_repeatable=True)
     initial_states: bool = setting(
-        True, "Initial states",
-        "Whether the states at the start of every segment are free; else the smoothed measurement.")
+        True, QT_TR_NOOP("Initial states"),
+        QT_TR_NOOP("Whether the states at the start of every segment are free; else the smoothed "
+                   "measurement."))
     airspeed_cutoff: float | None = setting(
-        None, "Airspeed low-pass",
-        "Cutoff of a zero-phase low-pass for measured airspeed and density. By default 3 Hz where "
-        "a time shift or a delay of an instrument is free, else none: noise of the airspeed passes "
-        "through the dynamic pressure into every computed acceleration, and makes shifts stick "
-        "between two samples, where interpolation averages it away.",
+        None, QT_TR_NOOP("Airspeed low-pass"),
+        QT_TR_NOOP("Cutoff of a zero-phase low-pass for measured airspeed and density. By default "
+                   "3 Hz where a time shift or a delay of an instrument is free, else none: noise "
+                   "of the airspeed passes through the dynamic pressure into every computed "
+                   "acceleration, and makes shifts stick between two samples, where interpolation "
+                   "averages it away."),
         unit="Hz", default_text="by the free time shifts", gt=0.0)
     lags: int | None = setting(
-        None, "Lags of the residuals", "Lags of the residuals' autocovariance.",
+        None, QT_TR_NOOP("Lags of the residuals"),
+        QT_TR_NOOP("Lags of the residuals' autocovariance."),
         default_text="from the data")
     tolerance: float = setting(
-        1e-6, "Tolerance",
-        "Stop when a step promises to lower the cost by less than this share, |dJ/J|. The source: "
-        "1e-4. 1e-6 leaves a ten-thousandth of a bound, 1e-12 only rounding.")
+        1e-6, QT_TR_NOOP("Tolerance"),
+        QT_TR_NOOP("Stop when a step promises to lower the cost by less than this share, |dJ/J|. "
+                   "The source: 1e-4. 1e-6 leaves a ten-thousandth of a bound, 1e-12 only "
+                   "rounding."))
     max_iterations: int = setting(
-        30, "Maximum iterations", "Stop after so many iterations.")
+        30, QT_TR_NOOP("Maximum iterations"),
+        QT_TR_NOOP("Stop after so many iterations."))
     restart: float = setting(
-        1.0, "Restart",
-        "Where the model diverges over whole segments: length of the pieces, each started from "
-        "measurement, that a first fit is made on.",
+        1.0, QT_TR_NOOP("Restart"),
+        QT_TR_NOOP("Where the model diverges over whole segments: length of the pieces, each "
+                   "started from measurement, that a first fit is made on."),
         unit="s", gt=0.0)
     # fmt: on
 
@@ -144,41 +162,45 @@ class EstimateSettings(ManeuverSettings, FitSettings):
 
     # fmt: off
     method: str = setting(
-        DEFAULT_METHOD, "Method", "Method of estimation.", option="--method")
+        DEFAULT_METHOD, QT_TR_NOOP("Method"),
+        QT_TR_NOOP("Method of estimation."),
+        option="--method")
     axis: Axis = setting(
-        "both", "Axis",
-        "Use maneuvers of one axis only; both: each by the surfaces that it moved. Choose one "
-        "axis to select its responses.",
+        "both", QT_TR_NOOP("Axis"),
+        QT_TR_NOOP("Use maneuvers of one axis only; both: each by the surfaces that it moved. "
+                   "Choose one axis to select its responses."),
         option="--axis",
-        choices=(("both", "By moved surfaces"), ("lon", "Longitudinal only"),
-                 ("lat", "Lateral only")))
+        choices=(("both", QT_TR_NOOP("By moved surfaces")),
+                 ("lon", QT_TR_NOOP("Longitudinal only")), ("lat", QT_TR_NOOP("Lateral only"))))
     six_degrees: bool = setting(
-        False, "Six degrees of freedom",
-        "Fit all six degrees of freedom together. Only where elevator and lateral surfaces moved "
-        "together, or sideslip couples into pitch.",
+        False, QT_TR_NOOP("Six degrees of freedom"),
+        QT_TR_NOOP("Fit all six degrees of freedom together. Only where elevator and lateral "
+                   "surfaces moved together, or sideslip couples into pitch."),
         option="--six-degrees")
     joint: bool = setting(
-        False, "All maneuvers jointly",
-        "Also fit all maneuvers of an axis jointly. Takes longer; helps where single maneuvers "
-        "are weak.",
+        False, QT_TR_NOOP("All maneuvers jointly"),
+        QT_TR_NOOP("Also fit all maneuvers of an axis jointly. Takes longer; helps where single "
+                   "maneuvers are weak."),
         option="--joint")
     vane_positions: Literal["find", "file"] = setting(
-        "find", "Vane positions",
-        "find: where the flow vanes contradict the other instruments, use the position at which "
-        "they agree and say so; file: use the aircraft file's.",
-        option="--vane-positions", choices=(("find", "Find"), ("file", "As in the aircraft file")))
+        "find", QT_TR_NOOP("Vane positions"),
+        QT_TR_NOOP("find: where the flow vanes contradict the other instruments, use the position "
+                   "at which they agree and say so; file: use the aircraft file's."),
+        option="--vane-positions",
+        choices=(("find", QT_TR_NOOP("Find")), ("file", QT_TR_NOOP("As in the aircraft file"))))
     weights: str = setting(
-        "", "Weights",
-        "Weights of the responses, such as the shipped table-6.2.7; by default the noise is "
-        "estimated. Weights of your own reproduce an older analysis.",
+        "", QT_TR_NOOP("Weights"),
+        QT_TR_NOOP("Weights of the responses, such as the shipped table-6.2.7; by default the "
+                   "noise is estimated. Weights of your own reproduce an older analysis."),
         option="--weights", metavar="FILE", default_text="from the residuals")
     model: str = setting(
-        "", "Model",
-        "Model: its effects apply, its values are held where not free. Without a model, the "
-        "means of the campaign are held.",
+        "", QT_TR_NOOP("Model"),
+        QT_TR_NOOP("Model: its effects apply, its values are held where not free. Without a "
+                   "model, the means of the campaign are held."),
         option="--model", metavar="FILE")
     label: str = setting(
-        "", "Name of the run", "Name of the run in the catalog.",
+        "", QT_TR_NOOP("Name of the run"),
+        QT_TR_NOOP("Name of the run in the catalog."),
         option="--label", metavar="TEXT")
     # fmt: on
 

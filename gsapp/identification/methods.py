@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.translation import QT_TR_NOOP
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import EstimationTask
@@ -66,9 +67,9 @@ _DERIVATIVE_SETTINGS: Final = frozenset({"free", "held", "model", "stand_ins"})
 _OWN_METHODS: Final = (
     EstimationMethod(
         id="ml",
-        title="Maximum likelihood",
-        short_title="ML",
-        help_text="Integrates the motion until it follows the measured responses.",
+        title=QT_TR_NOOP("Maximum likelihood"),
+        short_title=QT_TR_NOOP("ML"),
+        help_text=QT_TR_NOOP("Integrates the motion until it follows the measured responses."),
         function="gsapp.identification.campaign:estimate_by_maximum_likelihood",
         settings=_DERIVATIVE_SETTINGS
         | {
@@ -81,18 +82,18 @@ _OWN_METHODS: Final = (
     ),
     EstimationMethod(
         id="ee",
-        title="Equation error",
-        short_title="equation error",
-        help_text="Regresses forces and moments; steadier in gusts.",
+        title=QT_TR_NOOP("Equation error"),
+        short_title=QT_TR_NOOP("equation error"),
+        help_text=QT_TR_NOOP("Regresses forces and moments; steadier in gusts."),
         function="gsapp.identification.campaign:estimate_by_equation_error",
         settings=_DERIVATIVE_SETTINGS,
         documentation="docs/identification.md",
     ),
     EstimationMethod(
         id="ftr",
-        title="Fourier transform regression",
-        short_title="FTR",
-        help_text="Equation error in the frequency domain, as in flight.",
+        title=QT_TR_NOOP("Fourier transform regression"),
+        short_title=QT_TR_NOOP("FTR"),
+        help_text=QT_TR_NOOP("Equation error in the frequency domain, as in flight."),
         function="gsapp.identification.campaign:estimate_by_ftr",
         comparison_text="force and moment coefficients, as measured motion gives them (solid) and "
         "as the derivatives compute their changes (dashed), both smoothed alike.",

@@ -116,7 +116,7 @@ def test_the_connect_dialog_offers_it_with_its_fields_and_channel_map(
 
     dialog = ConnectDialog(Settings(), DisplayStyle(), connection_options(), tmp_path)
     qtbot.addWidget(dialog)
-    link, usual = dialog.link, dialog.channel_map.value
+    link, usual = dialog.link, dialog.fields["channel_map"].value
     link.kind.setCurrentIndex(link.kind.findData("probe"))
     link.kind.activated.emit(link.kind.currentIndex())
     link.host.setText("10.0.0.9")

@@ -14,6 +14,7 @@ from ui.estimate_form import DerivativeEntry, EstimateForm
 from ui.review.estimate_request import (
     FIELD_HELP,
     build_run_request,
+    field_help_text,
     find_form_error,
     find_unrestored_settings,
     form_from_request,
@@ -137,8 +138,8 @@ def test_settings_that_the_panel_cannot_hold_are_named() -> None:
 
 
 def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:
-    for words in FIELD_HELP.values():
-        assert words.help_text.endswith(".")
-        assert len(words.help_text) < 250
+    for field in FIELD_HELP:
+        assert field_help_text(field).endswith(".")
+        assert len(field_help_text(field)) < 250
     assert "3 maneuvers of 2 flights" in format_maneuver_count([("de",), ("de",), ("da", "dr")], 2)
     assert format_maneuver_count([("de",)], 1) == "1 maneuver: 1 de"

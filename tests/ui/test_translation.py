@@ -1,8 +1,8 @@
 """The window in a made-up language: every text of `ui` that it shows comes from a translation.
 
 The language is what ``pyside6-lupdate`` finds, each text in brackets ⟦⟧ and each field in ⟪⟫: the
-value of a field must be translated, too. Exempt are texts of `gsapp` and `calibration`, digits,
-units, names of channels, derivatives, keys and files.
+value of a field must be translated, too. Exempt are unmarked texts of `gsapp` and `calibration`,
+digits, units, names of channels, derivatives, keys and files.
 """
 
 import ast
@@ -17,21 +17,34 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QLocale
 from PySide6.QtGui import QKeySequence
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 import calibration
 import gsapp
 import ui
+from calibration.settings import FIT_ORDER_TITLES
+from gsapp.foundation.settings import setting_info
+from gsapp.identification.estimate_settings import EstimateSettings
+from gsapp.identification.methods import estimation_methods
 from gsapp.quantities import CHANNELS
+from gsapp.telemetry.recording_settings import RecordingSettings
 from tests.ui import pilot_kit
 from tests.ui.shown_text import PaintedText
 from tests.ui.window_walk import Walk, filled_window
 from ui import translation
+from ui.dialogs.connect import ConnectDialog, connection_options
+from ui.dialogs.flight_requests import VirtualFlightRequest
+from ui.dialogs.virtual_flight import VirtualFlightDialog, VirtualFlightOptions
+from ui.display_style import DisplayStyle
+from ui.gap.search_jobs import GapRequest
+from ui.gap.search_setup_page import SearchSetupPage
+from ui.settings import Settings, SettingsStore
 from ui.translation import install_translator, tr
 
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 FOLDER = Path(ui.__file__).parent
+PACKAGES = [Path(one.__file__).parent for one in (ui, gsapp, calibration)]
 LANGUAGE = QLocale("eo")
 MARKS = {"tr", "QT_TR_NOOP"}
 SETTERS = {
@@ -161,7 +174,7 @@ def language(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("language")
     file = folder / "gsapp_eo.ts"
     update = [SCRIPTS / "pyside6-lupdate", "-silent", "-locations", "none", "-extensions", "py"]
-    subprocess.run([*update, FOLDER, "-ts", file], check=True, timeout=120.0)
+    subprocess.run([*update, *PACKAGES, "-ts", file], check=True, timeout=120.0)
     tree = ET.parse(file)  # noqa: S314 - our own
     for message in tree.iter("message"):
         target = message.find("translation")
@@ -200,6 +213,47 @@ def test_a_text_is_translated_and_its_fields_are_filled(translated: None) -> Non
     assert tr("Reading {name}").format(name="a.csv") == "⟦Reading ⟪a.csv⟫⟧"
     assert tr("nothing that the window says") == "nothing that the window says"
     assert tr("") == ""
+
+
+FORM_SETTINGS = (EstimateSettings, GapRequest, RecordingSettings, VirtualFlightRequest)
+
+
+def test_every_declared_setting_can_be_translated(sources: set[str]) -> None:
+    """Command line and form share a declaration; only the form has a language."""
+    shown = set(FIT_ORDER_TITLES.values())
+    for one in estimation_methods().values():
+        shown |= {one.title, one.short_title, one.help_text}
+    for settings in FORM_SETTINGS:
+        for name, field in settings.model_fields.items():
+            shown |= {title for _, title in setting_info(field).choices}
+            if field.title:
+                shown |= {settings.title_of(name), settings.help_of(name)}
+    assert len(shown) > 100
+    assert shown <= sources, shown - sources
+
+
+def test_forms_show_declared_settings_in_the_language(
+    translated: None, qtbot: QtBot, tmp_path: Path
+) -> None:
+    settings, look = Settings(), DisplayStyle()
+    options = VirtualFlightOptions(plans=("default",), effects=lambda: ())
+    connect = ConnectDialog(settings, look, connection_options(), tmp_path)
+    virtual = VirtualFlightDialog(look, options, tmp_path)
+    gap = SearchSetupPage(look, SettingsStore(tmp_path / "settings.json"))
+    shown = set()
+    for form in (connect, virtual, gap):
+        qtbot.addWidget(form)
+        shown |= {label.text() for label in form.findChildren(QLabel)}
+        shown |= {box.text() for box in form.findChildren(QCheckBox)}
+        shown |= {widget.toolTip() for widget in form.findChildren(QWidget)}
+    shown |= {connect.fields["calibration"].itemText(0)}
+    assert {"⟦from the channel map⟧", f"⟦{VirtualFlightRequest.help_of('seed')}⟧"} <= shown
+    for declared, name in (
+        *((RecordingSettings, name) for name in ("aircraft", "channel_map", "calibration")),
+        *((VirtualFlightRequest, name) for name in ("plan", "seed", "thin", "hide")),
+        *((GapRequest, name) for name in ("aircraft", "model")),
+    ):
+        assert f"⟦{declared.title_of(name)}⟧" in shown
 
 
 def _values(translated: re.Match[str]) -> str:

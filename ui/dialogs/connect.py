@@ -13,12 +13,14 @@ from calibration import shipped_certificate_sets
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import LinkError
+from gsapp.foundation.settings import setting_info
 from gsapp.telemetry.link_diagnosis import LinkTest
 from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import link_kinds, parse_link
+from gsapp.telemetry.recording_settings import RecordingSettings
 from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import ConnectRequest
-from ui.dialogs.form_dialog import FieldMessage
+from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.dialogs.link_field import LinkField, named_serial_ports
 from ui.dialogs.mavlink_inspector import describe_vehicle
 from ui.display_style import DisplayStyle
@@ -59,6 +61,25 @@ def connection_options() -> ConnectionOptions:
         parse=parse_link,
         list_ports=named_serial_ports,
     )
+
+
+def add_recording_fields(
+    dialog: FormDialog, choices: ConnectionOptions, settings: Settings
+) -> dict[str, ShippedFileField]:
+    """Add the rows of what a link is recorded with; return their fields by setting."""
+    from_map = tr(setting_info(RecordingSettings.model_fields["calibration"]).default_text)
+    fields = {}
+    for name, shipped, none in (
+        ("aircraft", choices.aircraft, ""),
+        ("channel_map", choices.channel_maps, ""),
+        ("calibration", choices.calibrations, from_map),
+    ):
+        title = tr(RecordingSettings.title_of(name))
+        fields[name] = ShippedFileField(
+            title, shipped, getattr(settings, name), none=none, folder=bool(none)
+        )
+        dialog.add_row(title, fields[name])
+    return fields
 
 
 class LinkTestField(QWidget):
@@ -180,20 +201,7 @@ class ConnectDialog(RecordingDialog):
         self.add_row(tr("Link"), self.link)
         self.test = LinkTestField(look)
         self.add_row(tr("Flown system"), self.test)
-        self.aircraft = ShippedFileField(tr("Aircraft"), choices.aircraft, settings.aircraft)
-        self.add_row(tr("Aircraft"), self.aircraft)
-        self.channel_map = ShippedFileField(
-            tr("Channel map"), choices.channel_maps, settings.channel_map
-        )
-        self.add_row(tr("Channel map"), self.channel_map)
-        self.calibration = ShippedFileField(
-            tr("Calibration"),
-            choices.calibrations,
-            settings.calibration,
-            none=tr("from the channel map"),
-            folder=True,
-        )
-        self.add_row(tr("Calibration"), self.calibration)
+        self.fields = add_recording_fields(self, choices, settings)
         self.add_folder_field(flights)
         self._own_map = ""
         self._usual_map = settings.channel_map
@@ -206,7 +214,7 @@ class ConnectDialog(RecordingDialog):
         self.test.set_link(self.link.value if self.link.input_check.is_valid else "")
         if self.link.channel_map != self._own_map:
             self._own_map = self.link.channel_map
-            self.channel_map.show_value(self._own_map or self._usual_map)
+            self.fields["channel_map"].show_value(self._own_map or self._usual_map)
         self._validate()
 
     @property
@@ -227,9 +235,7 @@ class ConnectDialog(RecordingDialog):
         return ConnectRequest(
             link=self.link.value,
             folder=self.folder_field.folder,
-            channel_map=self.channel_map.value,
-            aircraft=self.aircraft.value,
-            calibration=self.calibration.value,
             system=self.test.system,
             title=self.folder_field.title.text().strip(),
+            **{name: field.value for name, field in self.fields.items()},
         )

@@ -14,6 +14,7 @@ from typing import Literal
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import kind_of
+from gsapp.telemetry.recording_settings import RecordingSettings
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.disk_checks import path_kind
 from ui.number_format import bytes_text, sanitize_file_name
@@ -38,17 +39,11 @@ class InputCheck:
         return self.state != "warning"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ConnectRequest:
+class ConnectRequest(RecordingSettings):
     """An aircraft to be recorded and shown."""
 
     link: str  # LINK text.
     folder: Path  # Flight folder to record into.
-    # Names of shipped files or paths; calibration may be empty for none.
-    channel_map: str
-    aircraft: str
-    calibration: str
-    append: bool = False  # Whether to append to the flight if it is already finished.
     # The flown MAVLink system; None for that of the map, or the first autopilot heard.
     system: int | None = None
     title: str = ""  # What the crew calls the flight; empty for the name of its folder.

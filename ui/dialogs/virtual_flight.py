@@ -90,7 +90,7 @@ class VirtualFlightDialog(RecordingDialog):
         self.plan = ShippedFileField(
             tr("Plan"), choices.plans, choices.plans[0] if choices.plans else ""
         )
-        self.add_row(FlightSettings.title_of("plan"), self.plan)
+        self.add_row(tr(FlightSettings.title_of("plan")), self.plan)
         self.speed = QComboBox()
         for speed in _SPEEDS:
             self.speed.addItem(
@@ -99,10 +99,10 @@ class VirtualFlightDialog(RecordingDialog):
             )
         self.add_row(tr("Speed"), self.speed)
         self.seed = IntegerField(0, 999_999, 1)
-        self.seed.setToolTip(FlightSettings.help_of("seed").removesuffix("."))
-        self.add_row(FlightSettings.title_of("seed"), self.seed)
-        self.thin = QCheckBox(FlightSettings.help_of("thin").removesuffix("."))
-        self.add_row(FlightSettings.title_of("thin"), self.thin)
+        self.seed.setToolTip(tr(FlightSettings.help_of("seed")).removesuffix("."))
+        self.add_row(tr(FlightSettings.title_of("seed")), self.seed)
+        self.thin = QCheckBox(tr(FlightSettings.help_of("thin")).removesuffix("."))
+        self.add_row(tr(FlightSettings.title_of("thin")), self.thin)
         self.search = QLineEdit()
         self.search.setPlaceholderText(tr("Search the effects"))
         self.search.setAccessibleName(tr("Search the effects"))
@@ -130,7 +130,7 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
-        self.add_row(FlightSettings.title_of("hide"), holder, self.note)
+        self.add_row(tr(FlightSettings.title_of("hide")), holder, self.note)
         self.add_folder_field(flights)
         self.fit_to_content()
 
@@ -142,7 +142,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message(FlightSettings.help_of("hide").partition(". ")[2])
+        self.note.set_message(tr(FlightSettings.help_of("hide")))
         self._filter(self.search.text())
 
     def _filter(self, words: str) -> None:

@@ -97,7 +97,7 @@ class SearchSetupPage(CenteredPage):
             none=tr("None: fit the baseline from these flights"),
         )  # fmt: skip
         for row, (name, field) in enumerate((("aircraft", self.aircraft), ("model", self.model))):
-            grid.addWidget(create_label(GapRequest.title_of(name), "strong"), row, 0)
+            grid.addWidget(create_label(tr(GapRequest.title_of(name)), "strong"), row, 0)
             grid.addWidget(field, row, 1)
         self.column.addWidget(form)
         self.column.addSpacing(look.px(8))

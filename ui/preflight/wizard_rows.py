@@ -180,7 +180,7 @@ def build_quality_rows(view: WizardView) -> tuple[tuple[str, str], ...]:
     quality = calibration.quality
     chosen = tr(", set manually") if view.degree else ""
     lines = [
-        (tr("Curve"), f"{FIT_ORDER_TITLES[calibration.degree]}{chosen}"),
+        (tr("Curve"), f"{tr(FIT_ORDER_TITLES[calibration.degree])}{chosen}"),
         (tr("Hysteresis"), error_text(quality.hysteresis, instrument)),
         (tr("Return to zero"), error_text(quality.return_to_zero, instrument)),
         (tr("Linearity"), error_text(quality.linearity, instrument)),
@@ -239,7 +239,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
 
 
 def _certificate_text(certificate: Certificate, instrument: InstrumentPlan) -> str:
-    parts = [FIT_ORDER_TITLES[certificate.degree]]
+    parts = [tr(FIT_ORDER_TITLES[certificate.degree])]
     width = certificate.quality.uncertainty if certificate.quality is not None else None
     if width is not None:
         parts.append(tr("within ±{error}").format(error=error_text(width, instrument)))

@@ -243,7 +243,7 @@ def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, st
         return "", tr("Look") if view.problems else tr("Good"), "", False
     width = calibration.quality.uncertainty
     text = tr("no bound") if width is None else f"±{error_text(width, instrument)}"
-    return tr("Uncertainty (95 %)"), text, FIT_ORDER_TITLES[calibration.degree], False
+    return tr("Uncertainty (95 %)"), text, tr(FIT_ORDER_TITLES[calibration.degree]), False
 
 
 # Actions

@@ -28,6 +28,7 @@ from ui.review.estimate_request import (
     FIELD_HELP,
     EstimateValidator,
     build_run_request,
+    field_help_text,
     find_unrestored_settings,
     form_from_request,
     format_maneuver_count,
@@ -121,8 +122,7 @@ class EstimateHeader(QFrame):
         self.explained.setMinimumHeight(2 * self.explained.fontMetrics().height() + px(2))
 
     def show_field_help(self, field: str) -> None:
-        words = FIELD_HELP[field]
-        self.explained.setText(f"{tr(words.title)}: {tr(words.help_text)}")
+        self.explained.setText(f"{tr(FIELD_HELP[field].title)}: {field_help_text(field)}")
 
 
 class EstimatePage(ReviewStepPage):

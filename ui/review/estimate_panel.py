@@ -21,7 +21,13 @@ from ui.dialogs.file_fields import ShippedFileField
 from ui.dialogs.form_dialog import FieldMessage, repolish
 from ui.display_style import DisplayStyle
 from ui.estimate_form import EstimateForm
-from ui.review.estimate_request import FIELD_HELP, SETTING_CHOICES, is_effect_parameter, method_uses
+from ui.review.estimate_request import (
+    FIELD_HELP,
+    SETTING_CHOICES,
+    field_help_text,
+    is_effect_parameter,
+    method_uses,
+)
 from ui.review.estimate_tables import DerivativeTable, FitChannelTable
 from ui.translation import tr
 from ui.widgets.labels import create_label
@@ -95,10 +101,10 @@ class EstimatePanel(QWidget):
         self._register_field(field, edit)
 
     def _register_field(self, field: str, edit: QWidget) -> None:
-        words = FIELD_HELP[field]
-        edit.setAccessibleName(tr(words.title))
-        edit.setAccessibleDescription(tr(words.help_text))
-        edit.setToolTip(tr(words.help_text))
+        help_text = field_help_text(field)
+        edit.setAccessibleName(tr(FIELD_HELP[field].title))
+        edit.setAccessibleDescription(help_text)
+        edit.setToolTip(help_text)
         edit.installEventFilter(self)
         self._fields[edit] = field
 
@@ -253,7 +259,7 @@ class EstimatePanel(QWidget):
         if field == "derivatives":
             if not method_uses(form, "held"):
                 return tr("{method} takes the derivatives of the tables.").format(
-                    method=short_method_title(form.method)
+                    method=tr(short_method_title(form.method))
                 )
             free = [name for name, one in form.derivatives.items() if one.treated == "free"]
             here = [n for n in free if n in self.derivatives.names and not is_effect_parameter(n)]
@@ -272,7 +278,7 @@ class EstimatePanel(QWidget):
         if field == "channels":
             if not method_uses(form, "responses"):
                 return tr("{method} compares no responses.").format(
-                    method=short_method_title(form.method)
+                    method=tr(short_method_title(form.method))
                 )
             if form.axis == "both" and not form.six_degrees:
                 return tr(

@@ -60,8 +60,8 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
         if setting_info(field).option
     },
     "method": FieldHelp(
-        title=QT_TR_NOOP("Method"),
-        help_text=" ".join(f"{one.title}: {one.help_text}" for one in _METHODS),
+        title=EstimateSettings.title_of("method"),
+        help_text="",  # Those of the methods: `field_help_text`.
     ),
     "maneuvers": FieldHelp(
         title=QT_TR_NOOP("Maneuvers"),
@@ -102,6 +102,13 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
 }
 """By field of the panel."""
+
+
+def field_help_text(field: str) -> str:
+    """Return what a field does, in the language of the window."""
+    if field == "method":
+        return " ".join(f"{tr(one.title)}: {tr(one.help_text)}" for one in _METHODS)
+    return tr(FIELD_HELP[field].help_text)
 
 
 def format_maneuver_count(inputs: Sequence[Sequence[str]], flights: int) -> str:

@@ -60,7 +60,7 @@ def find_result(outcome: RunOutcome, maneuver: str) -> ManeuverResult | None:
 
 def format_run_name(outcome: RunOutcome) -> str:
     """Return what a run is called: its label, its number, its method."""
-    method = short_method_title(outcome.result.settings.method)
+    method = tr(short_method_title(outcome.result.settings.method))
     if outcome.request.label:
         return outcome.request.label
     return (

@@ -118,7 +118,7 @@ def _missing_fit_text(data: FigureData) -> str:
         return tr(_NO_COEFFICIENTS_TEXT).format(maneuver=looked_at.maneuver.id)
     whys = dict.fromkeys(one.why for one in estimate.derivatives.values() if one.why)
     return tr(_NO_ESTIMATE_TEXT).format(
-        method=estimation_method(estimate.method).title,
+        method=tr(estimation_method(estimate.method).title),
         maneuver=looked_at.maneuver.id,
         why=", ".join([*whys][:_MAX_REASONS]) or estimate.message,
     )
@@ -149,7 +149,7 @@ def _build_residuals(data: FigureData, palette: Palette, _room: FigureSize) -> D
     picture = residual_figure(data.current_maneuver, units=data.units, palette=palette)
     estimate = data.current_maneuver.estimate
     if picture is None and estimate is not None and compares_coefficients(estimate.method):
-        return tr(_NO_RESIDUALS_TEXT).format(method=estimation_method(estimate.method).title)
+        return tr(_NO_RESIDUALS_TEXT).format(method=tr(estimation_method(estimate.method).title))
     return picture or _missing_fit_text(data)
 
 

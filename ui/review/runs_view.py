@@ -50,7 +50,7 @@ def build_run_rows(
                 cells=(
                     str(one.number),
                     one.label,
-                    short_method_title(one.method)
+                    tr(short_method_title(one.method))
                     + ", "
                     + (tr("by surfaces") if one.axis == "both" else AXIS_TITLES[one.axis]),
                     str(one.maneuver_count),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation.settings import Names, SettingsModel, setting
+from gsapp.foundation.translation import QT_TR_NOOP
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind a flight.
@@ -19,38 +20,52 @@ class FlightSettings(SettingsModel):
 
     # fmt: off
     plan: str = setting(
-        "default", "Plan", "Plan: a file, or the name of a shipped one.",
+        "default", QT_TR_NOOP("Plan"),
+        QT_TR_NOOP("Plan: a file, or the name of a shipped one."),
         option="--plan", metavar="FILE")
     aircraft: str = setting(
-        "b777", "Aircraft", "Aircraft: a file, or the name of a shipped one.",
+        "b777", QT_TR_NOOP("Aircraft"),
+        QT_TR_NOOP("Aircraft: a file, or the name of a shipped one."),
         option="--aircraft", metavar="FILE")
     model: str = setting(
-        "b777", "Model", "Model: a file, or the name of a shipped one.",
+        "b777", QT_TR_NOOP("Model"),
+        QT_TR_NOOP("Model: a file, or the name of a shipped one."),
         option="--model", metavar="FILE")
-    certificates: str = setting("b777", "Certificates", "A folder, or the name of a shipped set.")
+    certificates: str = setting(
+        "b777", QT_TR_NOOP("Certificates"),
+        QT_TR_NOOP("A folder, or the name of a shipped set."))
     hide: Names = setting(
-        (), "Hidden effects",
-        "Add a hidden effect. Hidden effects make the aircraft differ from its model.",
+        (), QT_TR_NOOP("Hidden effects"),
+        QT_TR_NOOP("Add a hidden effect. Hidden effects make the aircraft differ from its model."),
         option="--hide", metavar="ID[:PARAM=VALUE,..]", is_repeatable=True)
     faults: Names = setting(
-        (), "Instrument faults",
-        "Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
-        "swapped:with=CHANNEL, noisy or clipped.",
+        (), QT_TR_NOOP("Instrument faults"),
+        QT_TR_NOOP("Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
+                   "swapped:with=CHANNEL, noisy or clipped."),
         option="--fault", metavar="CHANNEL:KIND[:PARAM=VALUE,..]", is_repeatable=True)
     seed: int = setting(
-        0, "Seed", "The same seed gives the same gusts, noise and pilot.",
+        0, QT_TR_NOOP("Seed"),
+        QT_TR_NOOP("The same seed gives the same gusts, noise and pilot."),
         option="--seed", metavar="N", ge=0)
     turbulence: float | None = setting(
-        None, "Turbulence", "Standard deviation of the gusts.",
+        None, QT_TR_NOOP("Turbulence"),
+        QT_TR_NOOP("Standard deviation of the gusts."),
         option="--turbulence", metavar="M/S", unit="m/s", default_text="that of the plan", ge=0.0)
     thin: bool = setting(
-        False, "Radio", "Limit the data to a 57,600-baud radio.", option="--thin")
+        False, QT_TR_NOOP("Radio"),
+        QT_TR_NOOP("Limit the data to a 57,600-baud radio."),
+        option="--thin")
     attitude: bool = setting(
-        True, "Attitude", "Send attitude.", option="--attitude/--no-attitude")
+        True, QT_TR_NOOP("Attitude"),
+        QT_TR_NOOP("Send attitude."),
+        option="--attitude/--no-attitude")
     position: bool = setting(
-        False, "Position", "Send position.", option="--position/--no-position")
+        False, QT_TR_NOOP("Position"),
+        QT_TR_NOOP("Send position."),
+        option="--position/--no-position")
     airborne: bool = setting(
-        False, "Airborne", "With --sticks, begin in the air, in the pattern.",
+        False, QT_TR_NOOP("Airborne"),
+        QT_TR_NOOP("With --sticks, begin in the air, in the pattern."),
         option="--airborne")
     # fmt: on
 

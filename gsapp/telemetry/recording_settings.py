@@ -1,0 +1,69 @@
+"""Settings of a recording: options of ``gsapp record``, and the window's form of a connection."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation.settings import SettingsModel, setting
+from gsapp.foundation.translation import QT_TR_NOOP
+
+if TYPE_CHECKING:
+    from gsapp.flight.folder import FlightFolder
+
+log = logging.getLogger(__name__)
+
+
+class RecordingSettings(SettingsModel):
+    """What a link is recorded with, and how."""
+
+    # fmt: off
+    aircraft: str = setting(
+        "", QT_TR_NOOP("Aircraft"),
+        QT_TR_NOOP("Aircraft: a file, or the name of a shipped one."),
+        option="--aircraft", metavar="FILE")
+    channel_map: str = setting(
+        "", QT_TR_NOOP("Channel map"),
+        QT_TR_NOOP("Channel map: a file, or the name of a shipped one."),
+        option="--map", metavar="MAP")
+    calibration: str = setting(
+        "", QT_TR_NOOP("Certificates"),
+        QT_TR_NOOP("Certificates: a folder, or the name of a shipped set."),
+        option="--calibration", metavar="FOLDER|NAME",
+        default_text=QT_TR_NOOP("from the channel map"))
+    heartbeat: bool | None = setting(
+        None, QT_TR_NOOP("Heartbeat"),
+        QT_TR_NOOP("Send a heartbeat every second; default: over udpout only."),
+        option="--heartbeat/--no-heartbeat")
+    speed: float | None = setting(
+        None, QT_TR_NOOP("Speed"),
+        QT_TR_NOOP("Times real time, where LINK is a FLIGHT."),
+        option="--speed", metavar="X")
+    append: bool = setting(
+        False, QT_TR_NOOP("Append"),
+        QT_TR_NOOP("Append to a flight that is already finished."),
+        option="--continue")
+    # fmt: on
+
+    def prepare_folder(
+        self,
+        path: Path,
+        link: str,
+        *,
+        name: str = "",
+        tell: Callable[[str], object] = log.warning,
+    ) -> FlightFolder:
+        """Make the flight folder with copies of all in force; see `prepare_flight_folder`."""
+        from gsapp.flight.folder_setup import prepare_flight_folder
+
+        return prepare_flight_folder(
+            path,
+            name=name,
+            aircraft=self.aircraft or None,
+            channel_map=self.channel_map or None,
+            calibration=self.calibration or None,
+            source=link,
+            tell=tell,
+        )
