@@ -153,7 +153,7 @@ def run_window(
     else:
         # Nothing moves yet, so nobody sees the hitch.
         loader = ModulePreloader(lambda: not window.flight_controller.is_open, window)
-        QTimer.singleShot(_IDLE_MS, loader, loader.begin)
+        QTimer.singleShot(_IDLE_MS, loader, loader.start)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
         with (

@@ -32,11 +32,11 @@ class SettingsDialog(FormDialog):
     def __init__(
         self,
         settings: Settings,
-        look: DisplayStyle,
+        style: DisplayStyle,
         choices: ConnectionOptions,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(tr("Settings"), tr("Saved for the next start."), tr("Save"), look, parent)
+        super().__init__(tr("Settings"), tr("Saved for the next start."), tr("Save"), style, parent)
         self.theme = self._choice([(name, theme_title(name)) for name in THEMES])
         self.add_row(tr("Theme"), self.theme)
         self.scale = self._choice([(percent, f"{percent} %") for percent in SCALE_STEPS])
@@ -47,7 +47,7 @@ class SettingsDialog(FormDialog):
         self.add_row(tr("Sound"), self.sound)
         self.speech = self._choice(_SPEECH)
         self.add_row(tr("Spoken cues"), self.speech)
-        self.flights = PathField(tr("Flights folder"), look)
+        self.flights = PathField(tr("Flights folder"), style)
         self.message = FieldMessage()
         self.add_row(tr("Flights folder"), self.flights, self.message)
         self.recording = add_recording_fields(self, choices, settings)
@@ -116,41 +116,41 @@ class AppearanceController(QObject):
     layout_reset = Signal()  # Those of layout and panel are as at first.
 
     def __init__(
-        self, look: DisplayStyle, store: SettingsStore, parent: QWidget | None = None
+        self, style: DisplayStyle, store: SettingsStore, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._look = look
+        self._style = style
         self._store = store
         self._signs = style_sheet_icons()
         self._window = parent
         self._commands: CommandSet | None = None
         self._banners: BannerStack | None = None
-        self._announced = look.theme.name
+        self._announced = style.theme.name
         self._banner: Banner | None = None
-        look.changed.connect(self.apply)
+        style.changed.connect(self.apply)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         return {
             "next_theme": self.next_theme,
-            **{f"theme_{name}": partial(self._look.set_theme, name) for name in THEMES},
+            **{f"theme_{name}": partial(self._style.set_theme, name) for name in THEMES},
             "units": self.toggle_units,
             "larger": lambda: self.step_scale(1),
             "smaller": lambda: self.step_scale(-1),
             "settings": self.edit_settings,
-            "normal_size": lambda: self._look.set_scale(SCALE_STEPS[0]),
+            "normal_size": lambda: self._style.set_scale(SCALE_STEPS[0]),
         }
 
     def connect_window(self, commands: CommandSet, banners: BannerStack) -> None:
         """Check the theme in the menu from now on, and name in a banner what theme was chosen."""
         self._commands, self._banners = commands, banners
-        self._look.changed.connect(self._show_theme)
+        self._style.changed.connect(self._show_theme)
         for name in THEMES:
             commands.actions[f"theme_{name}"].triggered.connect(self._show_theme)
         self._show_theme()
 
     def _show_theme(self) -> None:
-        chosen = self._look.theme.name
+        chosen = self._style.theme.name
         if self._commands is None or self._banners is None:
             return
         for name in THEMES:
@@ -165,15 +165,17 @@ class AppearanceController(QObject):
 
     def edit_settings(self) -> None:
         """Ask for what is remembered, and put it in force."""
-        dialog = SettingsDialog(self._store.current, self._look, connection_options(), self._window)
+        dialog = SettingsDialog(
+            self._store.current, self._style, connection_options(), self._window
+        )
         if not dialog.exec():
             return
         values = dialog.values
         if values.pop("muted") != self._store.current.muted and self._commands is not None:
             self._commands.actions["mute"].trigger()
-        self._look.set_theme(str(values.pop("theme")))
-        self._look.set_scale(int(str(values.pop("scale"))))
-        self._look.set_units(str(values.pop("units")))
+        self._style.set_theme(str(values.pop("theme")))
+        self._style.set_scale(int(str(values.pop("scale"))))
+        self._style.set_units(str(values.pop("units")))
         self._store.change(**values)
         self.saved.emit()
         if dialog.reset_layout.isChecked():
@@ -182,24 +184,24 @@ class AppearanceController(QObject):
     def apply(self) -> None:
         """Put style sheet and font in force, and remember."""
         application = QApplication.instance()
-        look = self._look
-        sheet = create_style_sheet(look, self._signs.paths(look))
+        style = self._style
+        sheet = create_style_sheet(style, self._signs.paths(style))
         # Qt styles every widget anew even with the same sheet, as after a change of units.
         if isinstance(application, QApplication) and application.styleSheet() != sheet:
-            application.setFont(sans_serif_font(look.sizes.body))
+            application.setFont(sans_serif_font(style.sizes.body))
             application.setStyleSheet(sheet)
-        self._store.change(theme=look.theme.name, scale=look.scale, units=look.units)
+        self._store.change(theme=style.theme.name, scale=style.scale, units=style.units)
 
     def next_theme(self) -> None:
         names = list(THEMES)
-        self._look.set_theme(names[(names.index(self._look.theme.name) + 1) % len(names)])
+        self._style.set_theme(names[(names.index(self._style.theme.name) + 1) % len(names)])
 
     def toggle_units(self) -> None:
-        self._look.set_units("SI" if self._look.units == "US" else "US")
+        self._style.set_units("SI" if self._style.units == "US" else "US")
 
     def step_scale(self, steps: int) -> None:
         """Make everything larger or smaller by one step."""
         place = min(
-            range(len(SCALE_STEPS)), key=lambda index: abs(SCALE_STEPS[index] - self._look.scale)
+            range(len(SCALE_STEPS)), key=lambda index: abs(SCALE_STEPS[index] - self._style.scale)
         )
-        self._look.set_scale(SCALE_STEPS[min(max(place + steps, 0), len(SCALE_STEPS) - 1)])
+        self._style.set_scale(SCALE_STEPS[min(max(place + steps, 0), len(SCALE_STEPS) - 1)])

@@ -48,14 +48,14 @@ class FileMenuController(QObject):
         self,
         window: QWidget,
         controller: FlightController,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
     ) -> None:
         super().__init__(window)
         self._window = window
         self._controller = controller
-        self._look = look
+        self._style = style
         self._store = store
         self._banners = banners
         self._found: tuple[RunningRecorder, ...] = ()
@@ -137,7 +137,7 @@ class FileMenuController(QObject):
         `failed`: a link that was tried, and why it failed: what the dialog begins with.
         """
         dialog = ConnectDialog(
-            self._store.current, self._look, connection_options(), self._flights,
+            self._store.current, self._style, connection_options(), self._flights,
             self._window,
         )  # fmt: skip
         if failed is not None:
@@ -201,7 +201,7 @@ class FileMenuController(QObject):
     def fly_virtual(self) -> None:
         """Ask how, and let the virtual aircraft fly."""
         dialog = VirtualFlightDialog(
-            self._look, virtual_flight_options(), self._flights, self._window
+            self._style, virtual_flight_options(), self._flights, self._window
         )
         dialog.submitted.connect(lambda: self._fly(dialog))
         self._ask(dialog)
@@ -338,7 +338,7 @@ class FileMenuController(QObject):
 
     def _ask_map(self, path: Path) -> None:
         maps, current = shipped_channel_maps(), self._store.current.channel_map
-        dialog = ChannelMapDialog(self._look, path, maps, current, self._window)
+        dialog = ChannelMapDialog(self._style, path, maps, current, self._window)
         if dialog.exec():
             self._controller.flight_opener.open_flight(path, channel_map=dialog.channel_map.value)
 
@@ -348,7 +348,7 @@ class FileMenuController(QObject):
         if calibration is None:
             return
         dialog = CertificatesDialog(
-            self._look, calibration, shipped_certificate_sets(), self._window
+            self._style, calibration, shipped_certificate_sets(), self._window
         )
         if dialog.exec():
             self._controller.reload_with_certificates(dialog.certificates.value or None)
@@ -383,7 +383,7 @@ class FileMenuController(QObject):
         day = datetime.now().astimezone().date().isoformat()
         folder = initial_dialog_folder(self._store.current)
         dialog = ExportDialog(
-            self._look, folder / f"{self._controller.name or day}.csv", self._window
+            self._style, folder / f"{self._controller.name or day}.csv", self._window
         )
         if dialog.exec():
             kind, path = dialog.request

@@ -72,11 +72,11 @@ class AboutDialog(SelfDeletingDialog):
     """Shows it, and copies it for a report."""
 
     def __init__(
-        self, look: DisplayStyle, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None
+        self, style: DisplayStyle, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("About"))
-        column = arrange(QVBoxLayout(self), look.px(12), *[look.px(24)] * 4)
+        column = arrange(QVBoxLayout(self), style.px(12), *[style.px(24)] * 4)
         column.addWidget(create_label(tr("Ground station"), "title"))
         column.addWidget(create_label(tr(_PROGRAM_PURPOSE), "muted", wrap=True))
         self.text = "\n".join(f"{name}: {value}" for name, value in lines)
@@ -93,7 +93,7 @@ class AboutDialog(SelfDeletingDialog):
         self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self.text))
         buttons.rejected.connect(self.reject)
         column.addWidget(buttons)
-        self.resize(look.px(560), look.px(320))
+        self.resize(style.px(560), style.px(320))
 
 
 _KINDS = ("how-to", "reference", "explanation")
@@ -127,22 +127,22 @@ def _title(path: Path) -> str:
 class GuideWindow(QDialog):
     """Pages on the left, the chosen one on the right. Stays open beside the window."""
 
-    def __init__(self, look: DisplayStyle, folder: Path, parent: QWidget | None = None) -> None:
+    def __init__(self, style: DisplayStyle, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("User guide"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(look.px(960), look.px(720))
+        self.resize(style.px(960), style.px(720))
         row = arrange(QHBoxLayout(self), 0)
         self.pages = QListWidget()
         self.pages.setAccessibleName(tr("Pages of the guide"))
-        self.pages.setFixedWidth(look.px(240))
+        self.pages.setFixedWidth(style.px(240))
         self.browser = QTextBrowser()
         self.browser.setAccessibleName(tr("Page of the guide"))
         self.browser.setOpenLinks(False)
         palette = self.browser.palette()
-        palette.setColor(QPalette.ColorRole.Link, look.color("target"))
+        palette.setColor(QPalette.ColorRole.Link, style.color("target"))
         self.browser.setPalette(palette)
-        self._margin = look.px(24)
+        self._margin = style.px(24)
         self.browser.anchorClicked.connect(self._open_link)
         row.addWidget(self.pages)
         row.addWidget(self.browser, 1)
@@ -192,20 +192,20 @@ class MessagesDialog(QDialog):
     """The list, newest first. Stays open beside the window."""
 
     def __init__(
-        self, look: DisplayStyle, banners: BannerStack, parent: QWidget | None = None
+        self, style: DisplayStyle, banners: BannerStack, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self._look, self._banners = look, banners
+        self._style, self._banners = style, banners
         self.setWindowTitle(tr("Messages"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.resize(look.px(720), look.px(440))
+        self.resize(style.px(720), style.px(440))
         column = arrange(
-            QVBoxLayout(self), look.px(8), look.px(16), look.px(16), look.px(16), look.px(16)
+            QVBoxLayout(self), style.px(8), style.px(16), style.px(16), style.px(16), style.px(16)
         )
-        model = TableRowModel(look, (tr("Time"), tr("Kind"), tr("Message")))
+        model = TableRowModel(style, (tr("Time"), tr("Kind"), tr("Message")))
         widths = {0: "00:00:00", 1: max(map(tr, LEVEL_TITLES.values()), key=len)}
-        self.view = TableRowView(model, look, tr("Messages"), stretch=2, widths=widths)
-        self.panel = ListPanel(self.view, look, tr("No message yet."))
+        self.view = TableRowView(model, style, tr("Messages"), stretch=2, widths=widths)
+        self.panel = ListPanel(self.view, style, tr("No message yet."))
         self.show_again_button = self.panel.add_button(
             tr("Show again"),
             tr("Show the message again below the page"),
@@ -218,12 +218,12 @@ class MessagesDialog(QDialog):
         buttons.rejected.connect(self.reject)
         column.addWidget(buttons)
         banners.changed.connect(self.refresh)
-        look.changed.connect(self.refresh)
+        style.changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
         self.panel.show_rows(
-            [_message_row(message, self._look.units) for message in self._banners.messages]
+            [_message_row(message, self._style.units) for message in self._banners.messages]
         )
 
     def _show_again(self) -> None:
@@ -266,13 +266,13 @@ _MOUSE_ACTIONS = (
 class ShortcutsDialog(SelfDeletingDialog):
     """Every key of the window, to be searched."""
 
-    def __init__(self, look: DisplayStyle, parent: QWidget | None = None) -> None:
+    def __init__(self, style: DisplayStyle, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(tr("All keys"))
         room = self.screen().availableSize() - QSize(32, 64)
-        self.resize(QSize(look.px(880), look.px(640)).boundedTo(room))
+        self.resize(QSize(style.px(880), style.px(640)).boundedTo(room))
         column = arrange(
-            QVBoxLayout(self), look.px(8), look.px(24), look.px(16), look.px(24), look.px(16)
+            QVBoxLayout(self), style.px(8), style.px(24), style.px(16), style.px(24), style.px(16)
         )
         self.search = QLineEdit()
         self.search.setPlaceholderText(tr("Search keys or actions"))
@@ -286,7 +286,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         body = QWidget()
         body.setObjectName("page")
-        self._flow = FlowLayout(body, spacing=look.px(16))
+        self._flow = FlowLayout(body, spacing=style.px(16))
         self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
         for place in dict.fromkeys((known.menu, known.submenu) for known in COMMANDS):
             commands = [
@@ -304,9 +304,9 @@ class ShortcutsDialog(SelfDeletingDialog):
                 )
                 for known in commands
             ]
-            self._flow.addWidget(self._card(menu, lines, look))
+            self._flow.addWidget(self._card(menu, lines, style))
         mouse = [(tr(what), tr(how)) for how, what in _MOUSE_ACTIONS]
-        self._flow.addWidget(self._card(tr("With the mouse"), mouse, look))
+        self._flow.addWidget(self._card(tr("With the mouse"), mouse, style))
         area.setWidget(body)
         column.addWidget(area, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -315,14 +315,14 @@ class ShortcutsDialog(SelfDeletingDialog):
         self.search.textChanged.connect(self.filter_rows)
         self.search.setFocus()
 
-    def _card(self, title: str, lines: list[tuple[str, str]], look: DisplayStyle) -> QFrame:
+    def _card(self, title: str, lines: list[tuple[str, str]], style: DisplayStyle) -> QFrame:
         card = QFrame()
         card.setObjectName("card")
-        card.setFixedWidth(min(look.px(392), self.width() - look.px(80)))
+        card.setFixedWidth(min(style.px(392), self.width() - style.px(80)))
         grid = QGridLayout(card)
-        grid.setContentsMargins(look.px(16), look.px(12), look.px(16), look.px(12))
-        grid.setVerticalSpacing(look.px(4))
-        grid.setHorizontalSpacing(look.px(16))
+        grid.setContentsMargins(style.px(16), style.px(12), style.px(16), style.px(12))
+        grid.setVerticalSpacing(style.px(4))
+        grid.setHorizontalSpacing(style.px(16))
         grid.setColumnStretch(0, 1)
         grid.addWidget(create_label(title, "heading"), 0, 0, 1, 2)
         rows: list[tuple[str, list[QWidget]]] = []
@@ -362,14 +362,14 @@ class HelpMenuController(QObject):
     def __init__(
         self,
         window: QWidget,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
     ) -> None:
         super().__init__(window)
         self._window = window
-        self._look = look
+        self._style = style
         self._store = store
         self._banners = banners
         self._error_reporter = error_reporter
@@ -377,10 +377,12 @@ class HelpMenuController(QObject):
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         return {
-            "keys": lambda: ShortcutsDialog(self._look, self._window).exec(),
+            "keys": lambda: ShortcutsDialog(self._style, self._window).exec(),
             "copy_details": self.copy_details,
             "messages": self.show_messages,
-            "about": lambda: AboutDialog(self._look, about_lines(self._store), self._window).exec(),
+            "about": lambda: AboutDialog(
+                self._style, about_lines(self._store), self._window
+            ).exec(),
             "guide": self.show_guide,
         }
 
@@ -389,12 +391,12 @@ class HelpMenuController(QObject):
         if folder is None:
             self._banners.show_banner("caution", tr("The user guide is not installed."))
             return
-        GuideWindow(self._look, folder, self._window).show()
+        GuideWindow(self._style, folder, self._window).show()
 
     def show_messages(self) -> None:
         for former in self._window.findChildren(MessagesDialog):
             former.close()
-        MessagesDialog(self._look, self._banners, self._window).show()
+        MessagesDialog(self._style, self._banners, self._window).show()
 
     def copy_details(self) -> None:
         report = self._error_reporter.last_report

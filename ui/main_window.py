@@ -283,7 +283,7 @@ class MainWindow(QMainWindow):
         self.pages.setCurrentIndex(self._page_ids.index(place_id))
         self.navigation_rail.show_page(place_id)
         self._enable()
-        self._built_pages[place_id].begin()
+        self._built_pages[place_id].set_initial_focus()
 
     def _show_time(self, at: float) -> None:
         self.show_page("flight")

@@ -58,7 +58,7 @@ class ModulePreloader(QObject):
         self._remaining = list(_PAGE_MODULES)
         self._thread: Thread | None = None
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Load in a thread what can be, and the rest bit by bit."""
         self._thread = _load_in_thread(_MANEUVER_MODULES + _PAGE_BACKEND_MODULES)
         self._load_next()

@@ -96,22 +96,24 @@ class RecorderMonitor(QObject):
         threading.Thread(target=self._poll_recorders, name="recorders", daemon=True).start()
 
     def poll(self) -> tuple[RunningRecorder, ...]:
-        """Return the recorders that run now; those of the last look where a disk hangs."""
+        """Return the recorders that run now; those of the last time where a disk hangs."""
         if self._asking is None or not self._asking.is_alive():
-            self._asking = threading.Thread(target=self._look, name="recorders", daemon=True)
+            self._asking = threading.Thread(
+                target=self._find_recorders, name="recorders", daemon=True
+            )
             self._asking.start()
         self._asking.join(_DISK_TIMEOUT)
         if not self._asking.is_alive():
             self._set_running(self._newest)
         return self.running
 
-    def _look(self) -> None:
+    def _find_recorders(self) -> None:
         with suppress(OSError):  # the runtime folder cannot be read
             self._newest = find_running_recorders()
 
     def _poll_recorders(self) -> None:
         while not self._over.wait(_POLL_SECONDS):
-            self._look()
+            self._find_recorders()
 
     def _set_running(self, running: tuple[RunningRecorder, ...]) -> None:
         if running != self.running:

@@ -135,13 +135,13 @@ START_OPTIONS = (
 class StartOptionButton(QAbstractButton):
     """A large choice: sign, title, sentence, key."""
 
-    def __init__(self, choice: StartOption, look: DisplayStyle) -> None:
+    def __init__(self, choice: StartOption, style: DisplayStyle) -> None:
         super().__init__()
         self.option = choice
         self._title = tr(choice.title)
         self._words = tr(choice.text).format(keys=shortcut_text("Ctrl+Shift+O"))
         self.flat_width = 0  # Pixels of width of a flat card, for narrow windows; 0 for a tall one.
-        self._look = look
+        self._style = style
         self.setText(self._title)
         self.setAccessibleName(f"{self._title}, {shortcut_text(choice.key)}")
         self.setAccessibleDescription(self._words)
@@ -149,25 +149,25 @@ class StartOptionButton(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        look = self._look
+        style = self._style
         return (
-            QSize(self.flat_width, look.px(64))
+            QSize(self.flat_width, style.px(64))
             if self.flat_width
-            else QSize(look.px(256), look.px(208))
+            else QSize(style.px(256), style.px(208))
         )
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self._look
+        style = self._style
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
         lit = self.underMouse() or self.hasFocus()
-        painter.setBrush(look.color("hover" if self.isDown() else "panel"))
-        painter.setPen(look.color("accent" if lit else "line"))
-        painter.drawRoundedRect(box, look.px(8), look.px(8))
+        painter.setBrush(style.color("hover" if self.isDown() else "panel"))
+        painter.setPen(style.color("accent" if lit else "line"))
+        painter.drawRoundedRect(box, style.px(8), style.px(8))
         if self.hasFocus():
             painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), look.px(7), look.px(7))
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), style.px(7), style.px(7))
         if self.flat_width:
             self._paint_flat(painter, box)
         else:
@@ -175,51 +175,51 @@ class StartOptionButton(QAbstractButton):
         painter.end()
 
     def _title_font(self) -> QFont:
-        font = self._look.font("body", strong=True)
-        font.setPixelSize(self._look.px(16))
+        font = self._style.font("body", strong=True)
+        font.setPixelSize(self._style.px(16))
         return font
 
     def _paint_flat(self, painter: QPainter, box: QRectF) -> None:
-        look, choice = self._look, self.option
-        side = look.px(32)
-        sign = QRectF(look.px(16), (box.height() - side) / 2, side, side)
-        paint_icon(painter, choice.icon, sign, look.color("text"))
-        line = QRectF(look.px(64), look.px(8), box.width() - look.px(80), look.px(24))
+        style, choice = self._style, self.option
+        side = style.px(32)
+        sign = QRectF(style.px(16), (box.height() - side) / 2, side, side)
+        paint_icon(painter, choice.icon, sign, style.color("text"))
+        line = QRectF(style.px(64), style.px(8), box.width() - style.px(80), style.px(24))
         painter.setFont(self._title_font())
-        painter.setPen(look.color("text"))
+        painter.setPen(style.color("text"))
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, self._title)
-        painter.setPen(look.color("muted"))
-        painter.setFont(look.font("label"))
+        painter.setPen(style.color("muted"))
+        painter.setFont(style.font("label"))
         keys = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
         painter.drawText(line, keys, shortcut_text(choice.key))
         words = QFontMetricsF(painter.font()).elidedText(
             self._words, Qt.TextElideMode.ElideRight, line.width()
         )
-        below = line.translated(0, look.px(24))
+        below = line.translated(0, style.px(24))
         painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
 
     def _paint_tall(self, painter: QPainter, box: QRectF) -> None:
-        look, choice = self._look, self.option
-        left, wide = look.px(24), box.width() - 2 * look.px(24)
-        side = look.px(40)
-        sign = QRectF(left, look.px(24), side, side)
-        paint_icon(painter, choice.icon, sign, look.color("text"))
+        style, choice = self._style, self.option
+        left, wide = style.px(24), box.width() - 2 * style.px(24)
+        side = style.px(40)
+        sign = QRectF(left, style.px(24), side, side)
+        paint_icon(painter, choice.icon, sign, style.color("text"))
         painter.setFont(self._title_font())
-        painter.setPen(look.color("text"))
-        painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, self._title)
-        painter.setFont(look.font("body"))
-        painter.setPen(look.color("muted"))
-        text = QRectF(left, look.px(108), wide, look.px(56))
+        painter.setPen(style.color("text"))
+        painter.drawText(QRectF(left, style.px(80), wide, style.px(24)), 0, self._title)
+        painter.setFont(style.font("body"))
+        painter.setPen(style.color("muted"))
+        text = QRectF(left, style.px(108), wide, style.px(56))
         painter.drawText(text, Qt.TextFlag.TextWordWrap, self._words)
-        small = look.font("label")
+        small = style.font("label")
         painter.setFont(small)
         keys = shortcut_text(choice.key)
-        across = QFontMetricsF(small).horizontalAdvance(keys) + look.px(16)
-        chip = QRectF(left, box.bottom() - look.px(36), across, look.px(20))
-        painter.setPen(look.color("line"))
-        painter.setBrush(look.color("background"))
-        painter.drawRoundedRect(chip, look.px(4), look.px(4))
-        painter.setPen(look.color("muted"))
+        across = QFontMetricsF(small).horizontalAdvance(keys) + style.px(16)
+        chip = QRectF(left, box.bottom() - style.px(36), across, style.px(20))
+        painter.setPen(style.color("line"))
+        painter.setBrush(style.color("background"))
+        painter.drawRoundedRect(chip, style.px(4), style.px(4))
+        painter.setPen(style.color("muted"))
         painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, keys)
 
 
@@ -232,17 +232,17 @@ class StartPage(CenteredPage):
     flight_chosen = Signal(str)
     flight_removed = Signal(str)
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, 816)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, 816)
         self.setAccessibleName(tr("Begin"))
         self.column.addWidget(create_label(tr("Ground station"), "title"))
         self.column.addWidget(create_label(tr("Choose a source."), "muted", wrap=True))
         self.column.addSpacing(16)
         row = QWidget()
-        self._flow = FlowLayout(row, spacing=look.px(24))
+        self._flow = FlowLayout(row, spacing=style.px(24))
         self.buttons: dict[str, StartOptionButton] = {}
         for choice in START_OPTIONS:
-            button = StartOptionButton(choice, look)
+            button = StartOptionButton(choice, style)
             button.clicked.connect(
                 lambda _checked=False, name=choice.command: self.chosen.emit(name)
             )
@@ -265,7 +265,7 @@ class StartPage(CenteredPage):
         self.column.addWidget(self.training_button, 0, Qt.AlignmentFlag.AlignLeft)
         self.column.addSpacing(8)
         self._links_holder = QWidget()
-        self._links = FlowLayout(self._links_holder, spacing=look.px(8))
+        self._links = FlowLayout(self._links_holder, spacing=style.px(8))
         self.column.addWidget(self._links_holder)
         self._links_holder.hide()
         self.column.addSpacing(8)
@@ -285,7 +285,7 @@ class StartPage(CenteredPage):
         )
         self.column.addWidget(self._foot)
         self.setFocusProxy(self.buttons[START_OPTIONS[0].command])
-        look.changed.connect(self._rescale)
+        style.changed.connect(self._rescale)
 
     def show_links(self, links: Sequence[str]) -> None:
         """Offer the links used last, to connect with one press."""
@@ -337,8 +337,8 @@ class StartPage(CenteredPage):
     def _rescale(self) -> None:
         if not hasattr(self, "buttons"):
             return
-        narrow = self._body.width() < self._look.px(816)
-        self._flow.setSpacing(self._look.px(8 if narrow else 24))
+        narrow = self._body.width() < self._style.px(816)
+        self._flow.setSpacing(self._style.px(8 if narrow else 24))
         for button in self.buttons.values():
             button.flat_width = self._body.width() if narrow else 0
             button.updateGeometry()

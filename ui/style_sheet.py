@@ -26,10 +26,10 @@ class StyleSheetIcons:
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="gsapp-signs-")
 
-    def paths(self, look: DisplayStyle) -> dict[str, str]:
+    def paths(self, style: DisplayStyle) -> dict[str, str]:
         found: dict[str, str] = {}
         for name, points in _ICON_POLYLINES.items():
-            color = look.color("background" if name == "check" else "text")
+            color = style.color("background" if name == "check" else "text")
             path = Path(self._folder.name) / f"{name}-{color.name()[1:]}.png"
             if not path.exists():
                 _draw(points, color).save(str(path))
@@ -215,15 +215,15 @@ QFrame#rule {{ background: {line}; max-height: 1px; min-height: 1px; border: 0; 
 """
 
 
-def create_style_sheet(look: DisplayStyle, signs: dict[str, str]) -> str:
+def create_style_sheet(style: DisplayStyle, signs: dict[str, str]) -> str:
     """Return the style sheet.
 
     `signs`: paths of the small pictures that style sheets can only take from files: those of
     `ui.style_sheet`.
     """
-    theme = look.theme
+    theme = style.theme
     colors = {
-        role: look.color(role).name()
+        role: style.color(role).name()
         for role in ("background", "panel", "text", "muted", "line", "axis", "grid", "hover",
                      "chosen", "pressed", "good", "caution", "warning", "caution_band",
                      "warning_band", "banner", "banner_text")
@@ -231,13 +231,13 @@ def create_style_sheet(look: DisplayStyle, signs: dict[str, str]) -> str:
     colors["faint"] = mix_colors(theme.background, theme.text, 0.5).name()
     colors["ink_hover"] = mix_colors(theme.text, theme.background, 0.18).name()
     steps = (2, 3, 4, 6, 7, 8, 10, 11, 12, 14, 16, 20, 24, 28, 32, 34)
-    sizes = {f"p{step}": str(look.px(step)) for step in steps}
-    sizes["tab_side"] = str(look.px(TAB_MARGIN))
+    sizes = {f"p{step}": str(style.px(step)) for step in steps}
+    sizes["tab_side"] = str(style.px(TAB_MARGIN))
     types = {
-        "body": str(look.sizes.body),
-        "label": str(look.sizes.label),
-        "heading": str(look.px(15)),
-        "title": str(look.px(22)),
+        "body": str(style.sizes.body),
+        "label": str(style.sizes.label),
+        "heading": str(style.px(15)),
+        "title": str(style.px(22)),
         "family": font_family(),
     }
     return _SHEET.format(**colors, **sizes, **types, **signs)

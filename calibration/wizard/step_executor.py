@@ -106,7 +106,7 @@ class StepExecutor:
             create_procedure(group, header, self.reference)
 
     @classmethod
-    def begin(
+    def create(
         cls,
         plan: CalibrationPlan,
         store: CertificateStore,

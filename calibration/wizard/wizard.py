@@ -73,7 +73,7 @@ class CalibrationWizard:
         mode: CalibrationMode = "full",
         auto: bool = True,
     ) -> None:
-        ledger = StepExecutor.begin(
+        ledger = StepExecutor.create(
             plan,
             store,
             journal,

@@ -59,7 +59,7 @@ def record(
             console.print(words, soft_wrap=True)
 
     stop, give_up = threading.Event(), threading.Event()
-    teller = _StatusPrinter(say, f"Recording {link} into {out}; Ctrl-C ends it.")
+    printer = _StatusPrinter(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     # Before anything is made.
     with as_usage_error():
         settings = RecordingSettings(**values)
@@ -82,7 +82,7 @@ def record(
         print_aircraft_warnings(console, [folder.aircraft()])
         status = record_link(
             link, out, heartbeat=settings.heartbeat, stop=stop, give_up=give_up,
-            on_status=teller.tell, **options,
+            on_status=printer.print_news, **options,
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
     frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines
@@ -129,7 +129,7 @@ class _StatusPrinter:
         self._problem = ""
         self._due = _FIRST_DIAGNOSIS
 
-    def tell(self, status: RecorderStatus) -> None:
+    def print_news(self, status: RecorderStatus) -> None:
         """Say what is new; only a link that could be opened has a status."""
         if self._beginning:
             self._say(self._beginning)

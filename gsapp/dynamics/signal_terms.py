@@ -83,7 +83,7 @@ class PathResponse:
 class SignalTerm(Term):
     """Base of the terms on a signal's path."""
 
-    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
+    def initial_memory(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         """Return the memory of a path on which the signal was constant so far."""
         return [signal]
 
@@ -247,7 +247,7 @@ class Lag(FollowingTerm):
             rate_parameters=((by_tau,),),
         )
 
-    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
+    def initial_memory(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         return [signal, signal]
 
     def step(self, memory: list[float], signal: float, dt: float, parameters: Sizes) -> float:
@@ -329,7 +329,7 @@ class Delay(SignalTerm):
             rate_parameters=((0.0,), (moves * by_delay,)),
         )
 
-    def begin(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
+    def initial_memory(self, signal: float, dt: float, parameters: Sizes) -> list[float]:
         if parameters[0] < 0.0:
             raise FlightError(
                 f"the effect '{self.id}' has a delay of {parameters[0]:g} s, which must not be "
@@ -527,7 +527,7 @@ class SignalPath:
         if self._memories is None:
             self._memories = []
             for term, values in self._terms:
-                self._memories.append(term.begin(signal, self._dt, values))
+                self._memories.append(term.initial_memory(signal, self._dt, values))
                 # Constant so far: what came out is what one more such sample gives.
                 signal = term.step(self._memories[-1], signal, self._dt, values)
             return signal

@@ -166,7 +166,7 @@ class KeyboardPilot:
         if not self._mission.trainee_flies:
             self._mission.trainee_flies = True
             self._mission.landing_requested = False
-            self._keyed.begin(self._sticks, self._pilot.trim_sticks)
+            self._keyed.reset(self._sticks, self._pilot.trim_sticks)
         return True
 
     def hand_back(self, why: str = "") -> None:

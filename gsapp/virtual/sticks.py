@@ -151,7 +151,7 @@ class KeyboardSticks:
         self.key_travel = VIRTUAL.key_travel
         self.high_rate = True
 
-    def begin(self, sticks: StickPositions, trim: tuple[float, float, float]) -> None:
+    def reset(self, sticks: StickPositions, trim: tuple[float, float, float]) -> None:
         """Take the sticks as they are handed over; centered, they stand at `trim`."""
         self._trim = dict(zip(STICK_AXES, trim, strict=True))
         held = (sticks.pitch, sticks.roll, sticks.yaw)

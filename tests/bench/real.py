@@ -116,7 +116,7 @@ def _write_csv(path: Path, columns: dict[str, FloatArray]) -> Path:
     return path
 
 
-def _outcomes(flights: Sequence[Path], aircraft: Path, axis: str) -> dict[str, RunOutcome]:
+def _run_all_methods(flights: Sequence[Path], aircraft: Path, axis: str) -> dict[str, RunOutcome]:
     """Estimate over the whole of each record, by every method."""
     windows = []
     for number, path in enumerate(flights, start=1):
@@ -134,7 +134,7 @@ def _outcomes(flights: Sequence[Path], aircraft: Path, axis: str) -> dict[str, R
     }  # fmt: skip
 
 
-def dimensional(
+def compute_dimensional_derivatives(
     values: Mapping[str, CampaignValue],
     V: float,
     qbar: float,
@@ -172,12 +172,12 @@ def dimensional(
 def _print_attas(
     title: str, flights: Sequence[Path], aircraft: Path, axis: str, published: Mapping[str, float]
 ) -> None:
-    outcomes = _outcomes(flights, aircraft, axis)
+    outcomes = _run_all_methods(flights, aircraft, axis)
     headings = flights[0].read_text().partition("\n")[0].split(",")
     data = np.concatenate([np.loadtxt(path, delimiter=",", skiprows=1) for path in flights])
     V, qbar = (float(data[:, headings.index(name)].mean()) for name in ("V [m/s]", "qbar [Pa]"))
     rows = {
-        method: dimensional(
+        method: compute_dimensional_derivatives(
             outcome.result.values, V, qbar, {one.channel: one.ahead for one in outcome.vanes}
         )
         for method, outcome in outcomes.items()
@@ -205,7 +205,7 @@ def _print_table(
 
 
 def _print_hfb(flight: Path, aircraft: Path) -> None:
-    outcomes = _outcomes([flight], aircraft, "lon")
+    outcomes = _run_all_methods([flight], aircraft, "lon")
     rows = {
         method: {name: (one.mean, one.std) for name, one in outcome.result.values.items()}
         for method, outcome in outcomes.items()

@@ -354,7 +354,7 @@ def test_a_box_can_be_early_in_a_record_but_not_in_the_air() -> None:
     assert np.allclose(early.values[:-4], expected[:-4], atol=1e-12)
     assert np.all(early.parameters[-2:] == 0.0)
     with pytest.raises(FlightError, match="must not be negative"):
-        term.begin(0.0, DT, (-0.025,))
+        term.initial_memory(0.0, DT, (-0.025,))
 
 
 @pytest.mark.parametrize("box", INSTRUMENT_BOXES)

@@ -113,7 +113,7 @@ class BenchWindow(QMainWindow):
         self.show()
         self.activateWindow()
         QTest.qWaitForWindowActive(self)
-        self.page.begin()
+        self.page.set_initial_focus()
 
     @property
     def view(self) -> WizardView:

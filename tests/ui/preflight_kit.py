@@ -31,13 +31,13 @@ def as_opened(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
 
 
 def dress(window: MainWindow, theme: str, scale: int) -> None:
-    look = window.display_style
-    if (look.theme.name, look.scale) != (theme, scale):
-        look.blockSignals(True)
-        look.set_theme(theme)
-        look.set_scale(scale)
-        look.blockSignals(False)
-        look.changed.emit()
+    style = window.display_style
+    if (style.theme.name, style.scale) != (theme, scale):
+        style.blockSignals(True)
+        style.set_theme(theme)
+        style.set_scale(scale)
+        style.blockSignals(False)
+        style.changed.emit()
 
 
 def waiting(window: MainWindow) -> Path:

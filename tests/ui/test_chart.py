@@ -19,8 +19,8 @@ from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotCurve
 
 @pytest.mark.parametrize(("scale", "width"), [(100, 280), (100, 700), (200, 560), (200, 900)])
 def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) -> None:
-    look = DisplayStyle(scale=scale)
-    chart = AnalysisPlot(look, "Residuals")
+    style = DisplayStyle(scale=scale)
+    chart = AnalysisPlot(style, "Residuals")
     qtbot.addWidget(chart)
     chart.resize(width, 3 * scale)
     points = PlotCurve(
@@ -34,7 +34,7 @@ def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) ->
 
     box = chart.plot.getPlotItem().getViewBox()
     inside = box.mapToScene(box.rect()).boundingRect()
-    half = look.px(11) / 2
+    half = style.px(11) / 2
     for x, y in zip(points.x, points.y, strict=True):
         at = box.mapViewToScene(QPointF(x, y))
         assert inside.left() + half <= at.x() <= inside.right() - half

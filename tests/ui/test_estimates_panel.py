@@ -65,14 +65,14 @@ def test_rows_in_words() -> None:
 
 def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     """Line, dots and dotted line of a known one; a bar for one that is not."""
-    look = DisplayStyle()
-    panel = EstimatesPanel(look)
+    style = DisplayStyle()
+    panel = EstimatesPanel(style)
     qtbot.addWidget(panel)
     panel.resize(360, 300)
     panel.show()
     assert panel.focusProxy() is None
     panel.show_rows((KNOWN, UNKNOWN), "1 maneuver fitted")
-    theme = look.theme
+    theme = style.theme
 
     def count(color: str, part: np.ndarray) -> int:
         return int((part == int(color[1:], 16)).sum())

@@ -671,7 +671,7 @@ def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story, qtbot, size, sca
         check_labels(page.widget())
     numbers = page.stages["show"].numbers
     # Of the style sheet, and of the frame that Qt draws around a cell.
-    padding = 2 * page._look.px(6) + 6
+    padding = 2 * page._style.px(6) + 6
     for line in range(len(numbers.row_model.rows)):
         for column in range(6):
             if numbers.isColumnHidden(column):

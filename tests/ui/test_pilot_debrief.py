@@ -170,7 +170,7 @@ def test_nothing_is_cut_and_nothing_overlaps(page, window, size, scale, theme):
     body = page.scroll_area.widget()
     assert body.width() <= page.scroll_area.viewport().width()
     check_labels(body)
-    page.begin()
+    page.set_initial_focus()
     for control in (page.list, page.scroll_area):
         assert control.accessibleName()
 

@@ -206,7 +206,7 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
         return font
 
     monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
-    panel = int(page._look.theme.plot[1:], 16)
+    panel = int(page._style.theme.plot[1:], 16)
     for name, cues in STATES.items():
         page.show_display(display(cues))
         shown = pixels(page)
@@ -250,8 +250,8 @@ def test_letters_grow_with_the_size_of_text(window, flown, monkeypatch):
 
 
 def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
-    look = DisplayStyle()
-    page = PilotCanvas(look)
+    style = DisplayStyle()
+    page = PilotCanvas(style)
     qtbot.addWidget(page)
     page.show_display(display(BASE))
     first, second = page.display.footer.split(STATEMENT_SEPARATOR)
@@ -262,7 +262,7 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     assert footer_text(page.display.footer, box.adjusted(0, 0, 20, 0), 11).endswith(second)
     page.resize(1160, 480)
     assert page.compute_regions().footer is not None
-    look.set_scale(200)
+    style.set_scale(200)
     assert page.compute_regions().footer is None
 
 

@@ -201,7 +201,7 @@ def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
     card = sheet("fly").card
     assert "NEXT C1" in card.heading
     assert card.text == NEXT.text
-    assert card.benefit_text.endswith("Cn_r from 35 % to 15 %")
+    assert card.benefit_text.endswith("Cnr from 35 % to 15 %")
     assert (card.time_left_text, card.maneuvers_left_text) == ("04:10 left", "6 maneuvers")
     refused = replace(BASE, card=replace(NEXT, point=None, problem="flies level at 4.2 deg"))
     shown = display(refused).card

@@ -212,20 +212,20 @@ def test_a_certificate_goes_into_the_flight_that_is_open_and_is_printed_by_a_key
 def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> None:
     window = at_bench("elevator_left")
     begin(window)
-    work, look = window.page.work, window.display_style
-    assert count(work.prompt_view, look.theme.target) > 300  # what is wanted
-    assert count(work.prompt_view, look.theme.good_fill) > 2000
+    work, style = window.page.work, window.display_style
+    assert count(work.prompt_view, style.theme.target) > 300  # what is wanted
+    assert count(work.prompt_view, style.theme.good_fill) > 2000
     assert work.prompt_view.prompt.state_text == "Steady"
 
     def ink_row() -> float:
         shown = pixels(work.motion_view)[: work.motion_view.height() // 2]
-        rows = np.nonzero(shown == int(look.theme.text[1:], 16))[0]
+        rows = np.nonzero(shown == int(style.theme.text[1:], 16))[0]
         return float(rows.mean())
 
     neutral = ink_row()
     window.desk.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
     assert work.prompt_view.prompt.state_text == "Moving"
-    assert count(work.prompt_view, look.theme.caution_fill) > 2000
+    assert count(work.prompt_view, style.theme.caution_fill) > 2000
     window.desk.pass_time(2.0)
     assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
     assert "Left elevator" in work.motion_view.accessibleName()
@@ -428,18 +428,18 @@ def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
     end: float,
     scale: int,
 ) -> None:
-    look = window.display_style
-    look.set_scale(scale)
+    style = window.display_style
+    style.set_scale(scale)
     for sense, wide in product((-1, 1), (260, 330)):
         figure = SurfaceFigure(
             channel=channel, title=channel, view=view, kind=kind, sense=sense, ticks=(-end, end)
         )
-        box = QRectF(0.0, 0.0, look.px(wide), look.px(154))
-        words = SurfaceCloseup(look, figure).side_boxes(box)
+        box = QRectF(0.0, 0.0, style.px(wide), style.px(154))
+        words = SurfaceCloseup(style, figure).side_boxes(box)
         assert not words[0].intersects(words[1])
         for angle, place in product((-end, 0.0, end), words):
             assert box.contains(place)
-            part = SurfaceCloseup(look, replace(figure, angle=angle)).moving_part(box)
+            part = SurfaceCloseup(style, replace(figure, angle=angle)).moving_part(box)
             assert part.intersected(QPolygonF(place)).isEmpty()
 
 

@@ -58,7 +58,7 @@ def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     assert isinstance(page, EstimatePage)
     page._show(QUICK)
     until(qtbot, lambda: page.can_run and len(made.review_page.review.flights) == 2)
-    page.begin()
+    page.set_initial_focus()
     yield page
     made.review_page.work._job_runner.hold.set()
     made.review_page.work.cancel()
@@ -228,7 +228,7 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(made, page, qtbot, tmp_pat
     until(qtbot, lambda: len(made.review_page.review.flights) == 3 and not opening.status_text)
     try:
         until(qtbot, lambda: page.can_run)
-        page.begin()
+        page.set_initial_focus()
         run(page, qtbot)
         assert "flights 1 and 3" in page.message.text()
     finally:

@@ -66,7 +66,7 @@ class Bench:
 
     window: QMainWindow
     page: FiguresPage
-    look: DisplayStyle
+    style: DisplayStyle
     selection: ReviewSelection
     asked: Asked
     commands: CommandSet
@@ -107,12 +107,12 @@ class Bench:
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[tuple[Any, ...]]:
     """Return the page in a window, made once."""
     window = QMainWindow()
-    look, selection, asked = DisplayStyle(), ReviewSelection(window), Asked()
+    style, selection, asked = DisplayStyle(), ReviewSelection(window), Asked()
     commands = CommandSet(window)
     store = SettingsStore(tmp_path_factory.mktemp("settings") / "window.toml")
     page = FiguresPage(
         ReviewContext(
-            actions=commands.actions, look=look, store=store, selection=selection,
+            actions=commands.actions, style=style, store=store, selection=selection,
             begin_job=asked, report_error=print,
         )
     )  # fmt: skip
@@ -124,7 +124,7 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     window.setCentralWidget(page)
     window.resize(900, 540)
     window.show()
-    yield window, page, look, selection, asked, commands
+    yield window, page, style, selection, asked, commands
     keeper.remove()
     window.close()
     window.deleteLater()
@@ -134,9 +134,9 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
 def bench(made: tuple[Any, ...], qtbot: QtBot) -> Bench:
     """Return the page as it is when a run has just ended."""
     bench = Bench(*made, qtbot)
-    bench.look.set_theme("daylight")
-    bench.look.set_scale(100)
-    bench.look.set_units("US")
+    bench.style.set_theme("daylight")
+    bench.style.set_scale(100)
+    bench.style.set_units("US")
     bench.asked.jobs.clear()
     bench.selection.select_maneuver("")
     bench.selection.select_derivative("")
@@ -471,8 +471,8 @@ def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> N
 def test_figures_take_theme_and_scale_of_the_window(bench: Bench, theme: str, scale: int) -> None:
     """Background and ink are the theme's; at 200 % margins, and so letters, are twice as large."""
     left = bench.page.view.canvas.subplots[0].left
-    bench.look.set_theme(theme)
-    bench.look.set_scale(scale)
+    bench.style.set_theme(theme)
+    bench.style.set_scale(scale)
     bench.settle()
     drawing = bench.page.view.rendered_figure
     assert drawing.subplots[0].left == pytest.approx(scale / 100 * left, abs=2)

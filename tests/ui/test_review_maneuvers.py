@@ -61,7 +61,7 @@ def window(made: MainWindow, qtbot: QtBot, record: Path, tmp_path: Path) -> Iter
     page = page_of(made)
     page.opening.open([Path(shutil.copy(record, tmp_path / "a.csv"))])
     until(qtbot, lambda: bool(page.review.flights) and not page.opening.status_text)
-    page.begin()
+    page.set_initial_focus()
     yield made
     until(qtbot, lambda: not page.catalog_writer.busy)
     while page.flights.flight is not None:
@@ -77,9 +77,9 @@ def page_of(window: MainWindow) -> ManeuversPage:
 
 def chosen_columns(page: ManeuversPage) -> tuple[float, float]:
     timeline = page.timeline
-    plot, look = timeline.regions.plot, page.display_style
+    plot, style = timeline.regions.plot, page.display_style
     shown = pixels(timeline)
-    shade = mix_colors(look.theme.plot, look.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
+    shade = mix_colors(style.theme.plot, style.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
     rows = shown[round(plot.top()) + 2 : round(plot.bottom()) - 2]
     columns = np.flatnonzero((rows == shade).sum(axis=0) > 20)
     assert columns.size
@@ -396,7 +396,7 @@ def test_the_view_never_leaves_the_flight(deeds):
 
 def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplication) -> None:
     """At large sizes of text a ground of their own would hide half a minute."""
-    look = DisplayStyle(scale=200)
+    style = DisplayStyle(scale=200)
     unit = CHANNELS["alpha"].display_unit("US")
     times = np.arange(3.0)
     lines = tuple(
@@ -410,7 +410,7 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
     image = QImage(400, 80, QImage.Format.Format_RGB32)
     image.fill(QColor("#ff00ff"))
     painter = QPainter(image)
-    draw_curve_names(painter, look, chart, QRectF(0, 0, 400, 80), ("alpha", "beta"))
+    draw_curve_names(painter, style, chart, QRectF(0, 0, 400, 80), ("alpha", "beta"))
     painter.end()
     shown = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(80, 400)
     changed = shown != 0xFFFF00FF
@@ -421,7 +421,7 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
 
 @pytest.mark.parametrize("long", ["short one, gusty A", "one that is longer than the flight A"])
 def test_the_chosen_maneuver_is_named_whatever_the_room(qapp: QApplication, long: str) -> None:
-    look = DisplayStyle()
+    style = DisplayStyle()
     spans = tuple(
         TimelineSpan(id=name, start=12.0 * place, stop=12.0 * place + 5.0, label=label, grade="A")
         for place, (name, label) in enumerate({"1": "1 A", long[:-2]: long, "3": "3 A"}.items())
@@ -433,7 +433,7 @@ def test_the_chosen_maneuver_is_named_whatever_the_room(qapp: QApplication, long
         image = QImage(150, 20, QImage.Format.Format_RGB32)
         image.fill(QColor("#ffffff"))
         painter = QPainter(image)
-        draw_labels(painter, look, shown, scale, lane, chosen)
+        draw_labels(painter, style, shown, scale, lane, chosen)
         painter.end()
         pixels = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(20, 150)
         return np.flatnonzero((pixels != 0xFFFFFFFF).any(axis=0))

@@ -40,9 +40,9 @@ class Room:
 
     def __init__(self, folder: Path) -> None:
         self.window = QMainWindow()
-        self.look = DisplayStyle()
+        self.style = DisplayStyle()
         self.store = SettingsStore(folder / "window.toml")
-        self.appearance = AppearanceController(self.look, self.store)
+        self.appearance = AppearanceController(self.style, self.store)
         self.appearance.apply()
         self.commands = CommandSet(self.window)
         self.selection = ReviewSelection()
@@ -50,7 +50,7 @@ class Room:
         self.work = JobQueue(Here(), self.errors.append)
         self.page = SummaryPage(
             ReviewContext(
-                actions=self.commands.actions, look=self.look, store=self.store,
+                actions=self.commands.actions, style=self.style, store=self.store,
                 selection=self.selection, begin_job=self.work.submit,
                 report_error=self.errors.append,
             )
@@ -77,7 +77,7 @@ class Room:
 def room(qapp: QApplication, tmp_path: Path) -> Iterator[Room]:
     made = Room(tmp_path / "settings")
     made.page.show_outcome(outcome())
-    made.page.begin()
+    made.page.set_initial_focus()
     yield made
     made.work.close()
     made.window.close()
@@ -164,7 +164,7 @@ def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> 
 def test_the_chosen_row_is_seen_in_every_theme(room: Room, qtbot: QtBot) -> None:
     view = room.page.table.viewport()
     for theme in ("daylight", "dark", "high-contrast"):
-        room.look.set_theme(theme)
+        room.style.set_theme(theme)
         qtbot.wait(30)
         grabbed = view.grab().toImage()
         ratio = grabbed.devicePixelRatio()

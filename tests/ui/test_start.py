@@ -29,12 +29,12 @@ window.flight_controller.changed.connect(lambda: print(loaded()))
 window.flight_controller.flight_opener.open_flight(Path(sys.argv[2]))
 deadline = time.monotonic() + 30.0
 
-def look():
+def poll():
     if "scipy.signal" in sys.modules or time.monotonic() > deadline:
         application.quit()
 
 timer = QTimer()
-timer.timeout.connect(look)
+timer.timeout.connect(poll)
 timer.start(50)
 application.exec()
 window.flight_controller.close()
@@ -53,7 +53,7 @@ from ui.main_window import MainWindow
 OURS = ("calibration", "gsapp", "ui.preflight", "ui.review", "pyqtgraph", "scipy")
 application = create_application()
 
-def look():
+def poll():
     if "scipy.signal" not in sys.modules or "ui.review.summary_page" not in sys.modules:
         return
     there = set(sys.modules)
@@ -66,7 +66,7 @@ def look():
     application.quit()
 
 timer = QTimer()
-timer.timeout.connect(look)
+timer.timeout.connect(poll)
 timer.start(50)
 run_window(settings=Path(sys.argv[1]) / "window.toml")
 """

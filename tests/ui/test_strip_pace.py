@@ -76,19 +76,19 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
     painted = []
     desk.frame_requested.connect(painted.append)
 
-    def look(seconds):
+    def count_frames(seconds):
         painted.clear()
         for _ in range(round(seconds / 0.003)):
             clock[0] += 0.003
             desk.poller.tick()
         return len(painted) / seconds
 
-    assert look(3.0) == pytest.approx(1.0 / MIN_REPLAY_FRAME_SECONDS, abs=2)
+    assert count_frames(3.0) == pytest.approx(1.0 / MIN_REPLAY_FRAME_SECONDS, abs=2)
     assert painted == sorted(painted)
     desk.toggle_play()
-    look(0.1)
-    assert look(3.0) <= 5
+    count_frames(0.1)
+    assert count_frames(3.0) <= 5
     desk.seek(7.0)
-    look(0.02)
+    count_frames(0.02)
     assert 7.0 in painted
     desk.close()

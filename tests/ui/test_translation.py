@@ -235,11 +235,11 @@ def test_every_declared_setting_can_be_translated(sources: set[str]) -> None:
 def test_forms_show_declared_settings_in_the_language(
     translated: None, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    settings, look = Settings(), DisplayStyle()
+    settings, style = Settings(), DisplayStyle()
     options = VirtualFlightOptions(plans=("default",), effects=lambda: ())
-    connect = ConnectDialog(settings, look, connection_options(), tmp_path)
-    virtual = VirtualFlightDialog(look, options, tmp_path)
-    gap = SearchSetupPage(look, SettingsStore(tmp_path / "settings.json"))
+    connect = ConnectDialog(settings, style, connection_options(), tmp_path)
+    virtual = VirtualFlightDialog(style, options, tmp_path)
+    gap = SearchSetupPage(style, SettingsStore(tmp_path / "settings.json"))
     shown = set()
     for form in (connect, virtual, gap):
         qtbot.addWidget(form)

@@ -136,7 +136,7 @@ def test_a_dialog_that_was_answered_is_gone(window: MainWindow, qtbot: QtBot, co
 
 
 def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot) -> None:
-    def look(dialog: ShortcutsDialog) -> None:
+    def inspect(dialog: ShortcutsDialog) -> None:
         (area,) = dialog.findChildren(QScrollArea)
         qtbot.keyClick(dialog.search, Qt.Key.Key_Tab)
         assert area.hasFocus()
@@ -146,7 +146,7 @@ def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot
         assert rim.name() == window.display_style.theme.text
         dialog.reject()
 
-    answer_dialog(ShortcutsDialog, look)
+    answer_dialog(ShortcutsDialog, inspect)
     window.commands.actions["keys"].trigger()
 
 

@@ -546,11 +546,11 @@ def test_what_heals_and_fails_again_is_told_again(
     open_small_flight(window, qtbot, tmp_path)
     snapshot, problem, asked = Session.snapshot, [""], [0]
 
-    def look(session: Session) -> SessionSnapshot:
+    def take_snapshot(session: Session) -> SessionSnapshot:
         asked[0] += 1
         return replace(snapshot(session), problem=problem[0])
 
-    monkeypatch.setattr(Session, "snapshot", look)
+    monkeypatch.setattr(Session, "snapshot", take_snapshot)
     for _ in range(2):
         problem[0] = "raw.tlog cannot be read (Device not configured)"
         until(qtbot, lambda: problem[0] in window.banners.texts())

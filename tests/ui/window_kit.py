@@ -223,7 +223,7 @@ def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> Non
     """
     deadline = time.monotonic() + _OPENS
 
-    def look() -> None:
+    def poll() -> None:
         dialog = QApplication.activeModalWidget()
         if isinstance(dialog, kind) and dialog.isAncestorOf(QApplication.focusWidget()):
             try:
@@ -233,9 +233,9 @@ def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> Non
                     dialog.reject()
         else:
             assert time.monotonic() < deadline, f"no {kind.__name__} has opened"
-            QTimer.singleShot(10, look)
+            QTimer.singleShot(10, poll)
 
-    QTimer.singleShot(0, look)
+    QTimer.singleShot(0, poll)
 
 
 def until(qtbot: QtBot, condition: Callable[[], bool], milliseconds: int = 30_000) -> None:

@@ -95,7 +95,7 @@ class Walk:
         self.window, self.painted, self.qtbot, self.patch = window, painted, qtbot, patch
         self.found: dict[str, str] = {}
 
-    def look(self, where: str) -> None:
+    def record(self, where: str) -> None:
         QApplication.processEvents()
         self.window.grab()
         for text, widget in shown_texts().items():
@@ -116,7 +116,7 @@ class Walk:
 
             def collect(dialog: QDialog, command: str = command, seen: list[bool] = seen) -> None:
                 dialog.grab()
-                self.look(command)
+                self.record(command)
                 seen.append(True)
 
             assert self.window.commands.actions[command].isEnabled(), command
@@ -129,26 +129,26 @@ class Walk:
         self.act("place_preflight")
         for step in ("card", "calibration", "checklist", "cards"):
             self.act(f"preflight_{step}")
-            self.look(f"Preflight, {step}")
+            self.record(f"Preflight, {step}")
         self.act("place_flight")
         for panel in ("channels", "values", "marks", "alarms", "messages", "estimates"):
             self.act(f"panel_{panel}")
-            self.look(f"Flight, {panel}")
+            self.record(f"Flight, {panel}")
         self.act("place_pilot", "pilot_page")
         for name in ("fly", "input", "not-trimmed"):
             self.patch.setattr(FlightCues, "snapshot", lambda _self, name=name: STATES[name])
             window.pilot_page.state.restart()
             window.pilot_page.refresh()
-            self.look(f"Pilot, {name}")
+            self.record(f"Pilot, {name}")
         self.act("pilot_debrief")
         page = window.pilot_page.debrief.page
         for row in (0, 6):
             page.list.select_row(row)
-            self.look("Debrief")
+            self.record("Debrief")
         self.act("place_gap")
         for chapter in ("find", "name", "add", "show"):
             self.act(f"gap_{chapter}")
-            self.look(f"Model gap, {chapter}")
+            self.record(f"Model gap, {chapter}")
         self.review()
 
     def review(self) -> None:
@@ -156,7 +156,7 @@ class Walk:
         self.act("place_review")
         for step in ("maneuvers", "estimate", "summary"):
             self.act(f"review_{step}")
-            self.look(f"Review, {step}")
+            self.record(f"Review, {step}")
         self.act("review_figures")
         figures = window.review_page.pages["figures"]
         for kind in FIGURE_KINDS:
@@ -166,7 +166,7 @@ class Walk:
             figures.view.drawn.connect(drawn.append)
             figures.show_kind(kind.id)
             until(self.qtbot, lambda drawn=drawn: bool(drawn) or not figures.view.rendered_figure)
-            self.look(f"Review, figure {kind.id}")
+            self.record(f"Review, figure {kind.id}")
 
 
 @contextmanager

@@ -189,7 +189,7 @@ class XDriver:
     ) -> Any:
         found: list[Any] = []
 
-        def look() -> bool:
+        def is_shown() -> bool:
             roots = [within] if within is not None else _windows_on_top()
             found[:] = [
                 child
@@ -199,7 +199,7 @@ class XDriver:
             ]
             return bool(found)
 
-        self.until(look, f"{what} is on screen", seconds)
+        self.until(is_shown, f"{what} is on screen", seconds)
         return found[0]
 
     def dialog(self, kind: type[Any]) -> Any:

@@ -133,7 +133,7 @@ def test_sticks_stay_between_their_stops_and_never_jump(
     pushes: list[tuple[float, float, float]], size: float
 ) -> None:
     sticks = KeyboardSticks(DT)
-    sticks.begin(StickPositions(pitch=0.1, throttle=0.5), (0.1, 0.0, 0.0))
+    sticks.reset(StickPositions(pitch=0.1, throttle=0.5), (0.1, 0.0, 0.0))
     sticks.set_key_travel(size)
     last = sticks.move()
     for pitch, roll, yaw in pushes:

@@ -85,13 +85,13 @@ def add_recording_fields(
 class LinkTestField(QWidget):
     """The flown system, among those that a test of the link hears."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
         self._link = ""
         self._test: LinkTest | None = None
-        column = arrange(QVBoxLayout(self), look.px(8))
+        column = arrange(QVBoxLayout(self), style.px(8))
         row = QHBoxLayout()
-        row.setSpacing(look.px(8))
+        row.setSpacing(style.px(8))
         self.systems = QComboBox()  # The first autopilot heard, or one of those heard.
         self.systems.setAccessibleName(tr("Flown system"))
         self.systems.addItem(tr("Automatic"), None)
@@ -106,12 +106,12 @@ class LinkTestField(QWidget):
         column.addLayout(row)
         self.message = FieldMessage()  # What has come, or what to try.
         # Room for three lines, so that nothing moves while it listens.
-        self.message.setMinimumHeight(look.px(48))
+        self.message.setMinimumHeight(style.px(48))
         self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.message)
         self._timer = QTimer(self)
         self._timer.setInterval(_TEST_POLL_MS)
-        self._timer.timeout.connect(self._look)
+        self._timer.timeout.connect(self._show_test)
         self.setFocusProxy(self.systems)
 
     @property
@@ -148,7 +148,7 @@ class LinkTestField(QWidget):
         self.message.set_message(tr("Listening…"))
         self._timer.start()
 
-    def _look(self) -> None:
+    def _show_test(self) -> None:
         test = self._test
         if test is None:
             return
@@ -182,7 +182,7 @@ class ConnectDialog(RecordingDialog):
     def __init__(
         self,
         settings: Settings,
-        look: DisplayStyle,
+        style: DisplayStyle,
         choices: ConnectionOptions,
         flights: Path,
         parent: QWidget | None = None,
@@ -194,12 +194,12 @@ class ConnectDialog(RecordingDialog):
                 "closes."
             ),
             tr("Connect"),
-            look,
+            style,
             parent,
         )
-        self.link = LinkField(settings.links, choices.parse, choices.list_ports, look)
+        self.link = LinkField(settings.links, choices.parse, choices.list_ports, style)
         self.add_row(tr("Link"), self.link)
-        self.test = LinkTestField(look)
+        self.test = LinkTestField(style)
         self.add_row(tr("Flown system"), self.test)
         self.fields = add_recording_fields(self, choices, settings)
         self.add_folder_field(flights)

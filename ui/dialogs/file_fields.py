@@ -96,16 +96,16 @@ class FlightFolderField(QWidget):
 
     changed = Signal()  # Something else is typed now.
 
-    def __init__(self, parent_folder: Path, look: DisplayStyle) -> None:
+    def __init__(self, parent_folder: Path, style: DisplayStyle) -> None:
         super().__init__()
-        column = arrange(QVBoxLayout(self), look.px(8))
+        column = arrange(QVBoxLayout(self), style.px(8))
         self.title = QLineEdit()
         self.title.setPlaceholderText(tr("Title (optional)"))
         self.title.setAccessibleName(tr("Title of the flight"))
         self.name = QLineEdit()
         self.name.setAccessibleName(tr("Name of the flight folder"))
         self.name.setToolTip(tr("Folder of this flight: its date and a letter"))
-        self.parent_folder = PathField(tr("Folder of the flights"), look)
+        self.parent_folder = PathField(tr("Folder of the flights"), style)
         self.message = FieldMessage()
         for field in (self.title, self.name, self.parent_folder, self.message):
             column.addWidget(field)

@@ -26,7 +26,7 @@ class GoToDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         first: float,
         last: float,
         now: float,
@@ -38,7 +38,7 @@ class GoToDialog(FormDialog):
                 first=clock_text(first, decimals=1), last=clock_text(last, decimals=1)
             ),
             tr("Go"),
-            look,
+            style,
             parent,
         )
         self._span = (first, last)
@@ -88,7 +88,7 @@ class RangeDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         title: str,
         unit: str,
         low: float,
@@ -102,7 +102,7 @@ class RangeDialog(FormDialog):
                 title=title, shown=shown
             ),
             tr("Set"),
-            look,
+            style,
             parent,
         )
         self.high, self.low = QLineEdit(f"{high:g}"), QLineEdit(f"{low:g}")
@@ -144,19 +144,19 @@ class ExportDialog(FormDialog):
         ("parquet", QT_TR_NOOP("Parquet (.parquet)")),
     )
 
-    def __init__(self, look: DisplayStyle, start: Path, parent: QWidget | None = None) -> None:
+    def __init__(self, style: DisplayStyle, start: Path, parent: QWidget | None = None) -> None:
         super().__init__(
             tr("Export the flight"),
             tr("All channels on one grid, with their units."),
             tr("Export"),
-            look,
+            style,
             parent,
         )
         self.kind = QComboBox()
         for kind, words in self.FORMATS:
             self.kind.addItem(tr(words), kind)
         self.add_row(tr("Format"), self.kind)
-        self.path = PathField(tr("File"), look, folder=False)
+        self.path = PathField(tr("File"), style, folder=False)
         self.path.edit.setText(str(start.with_suffix(".csv")))
         self.message = FieldMessage()
         self.add_row(tr("File"), self.path, self.message)
@@ -196,7 +196,7 @@ class ChannelMapDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         path: Path,
         maps: Sequence[str],
         current: str,
@@ -208,7 +208,7 @@ class ChannelMapDialog(FormDialog):
                 name=path.name
             ),
             tr("Open"),
-            look,
+            style,
             parent,
         )
         self.channel_map = ShippedFileField(tr("Channel map"), maps, current)
@@ -304,7 +304,7 @@ class CertificatesDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         used: AppliedCertificates,
         shipped: Sequence[str],
         parent: QWidget | None = None,
@@ -316,7 +316,7 @@ class CertificatesDialog(FormDialog):
                 "change."
             ),
             tr("Apply"),
-            look,
+            style,
             parent,
         )
         self._own = used.recorded

@@ -80,10 +80,10 @@ class IntegerField(QLineEdit):
 class PathField(QWidget):
     """A path to write to, typed or chosen."""
 
-    def __init__(self, name: str, look: DisplayStyle, *, folder: bool = True) -> None:
+    def __init__(self, name: str, style: DisplayStyle, *, folder: bool = True) -> None:
         super().__init__()
         self._name, self._folder = name, folder
-        row = arrange(QHBoxLayout(self), look.px(8))
+        row = arrange(QHBoxLayout(self), style.px(8))
         self.edit = QLineEdit()
         self.edit.setAccessibleName(name)
         row.addWidget(self.edit, 1)
@@ -127,10 +127,15 @@ class FormDialog(SelfDeletingDialog):
     """A dialog of labeled rows with one button that does it and one that does not."""
 
     def __init__(
-        self, title: str, purpose: str, does: str, look: DisplayStyle, parent: QWidget | None = None
+        self,
+        title: str,
+        purpose: str,
+        does: str,
+        style: DisplayStyle,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self.display_style = look
+        self.display_style = style
         self.setWindowTitle(title)
         outer = arrange(QVBoxLayout(self), 0)
         area = QScrollArea()
@@ -140,18 +145,23 @@ class FormDialog(SelfDeletingDialog):
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Names above the fields where the screen is narrow for the scale.
         screen = self.screen()
-        self._stacked = screen is not None and screen.availableSize().width() < look.px(720)
+        self._stacked = screen is not None and screen.availableSize().width() < style.px(720)
         self._body = QWidget()
         self._body.setObjectName("page")
         self._area = area
         column = arrange(
-            QVBoxLayout(self._body), look.px(16), look.px(24), look.px(24), look.px(24), look.px(16)
+            QVBoxLayout(self._body),
+            style.px(16),
+            style.px(24),
+            style.px(24),
+            style.px(24),
+            style.px(16),
         )
         column.addWidget(create_label(title, "title"))
         column.addWidget(create_label(purpose, "muted", wrap=True))
         self.grid = QGridLayout()
-        self.grid.setHorizontalSpacing(look.px(16))
-        self.grid.setVerticalSpacing(look.px(4))
+        self.grid.setHorizontalSpacing(style.px(16))
+        self.grid.setVerticalSpacing(style.px(4))
         self.grid.setColumnStretch(1, 1)
         column.addLayout(self.grid)
         column.addStretch(1)
@@ -161,7 +171,7 @@ class FormDialog(SelfDeletingDialog):
         foot.setObjectName("controls")
         foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         row = QHBoxLayout(foot)
-        row.setContentsMargins(look.px(24), look.px(12), look.px(24), look.px(12))
+        row.setContentsMargins(style.px(24), style.px(12), style.px(24), style.px(12))
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.button = self.buttons.addButton(does, QDialogButtonBox.ButtonRole.AcceptRole)
         self.button.installEventFilter(self)

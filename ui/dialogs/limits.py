@@ -33,7 +33,7 @@ class LimitsDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         spec: ChannelSpec,
         bands: LimitBands,
         *,
@@ -41,7 +41,7 @@ class LimitsDialog(FormDialog):
         parent: QWidget | None = None,
     ) -> None:
         self._spec = spec
-        self._unit = spec.display_unit(look.units)
+        self._unit = spec.display_unit(style.units)
         shown = tr(" in {unit}").format(unit=unit_text(self._unit)) if self._unit else ""
         super().__init__(
             tr("Limits"),
@@ -50,7 +50,7 @@ class LimitsDialog(FormDialog):
                 "flights on this computer until reset."
             ).format(title=spec.title, shown=shown),
             tr("Set"),
-            look,
+            style,
             parent,
         )
         self._before = {name: self._text(getattr(bands, name)) for name, _words in _FIELDS}

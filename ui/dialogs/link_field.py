@@ -48,7 +48,7 @@ class LinkField(QWidget):
         links: Sequence[str],
         parse: Callable[[str], LinkAddress],
         list_ports: Callable[[], Sequence[tuple[str, str]]],
-        look: DisplayStyle,
+        style: DisplayStyle,
     ) -> None:
         super().__init__()
         self._parse = parse
@@ -56,14 +56,14 @@ class LinkField(QWidget):
         self._busy = False
         self._ports: tuple[tuple[str, str], ...] = ()
         self._kinds = {kind.name: kind for kind in link_kinds() if kind.title}
-        column = arrange(QVBoxLayout(self), look.px(8))
+        column = arrange(QVBoxLayout(self), style.px(8))
         self.kind = QComboBox()
         self.kind.setAccessibleName(tr("Kind of link"))
         for kind in self._kinds.values():
             self.kind.addItem(kind.title, kind.name)
         self.kind.activated.connect(self._kind_chosen)
         column.addWidget(self.kind)
-        column.addWidget(self._address_fields(look))
+        column.addWidget(self._address_fields(style))
         self.text = QComboBox()
         self.text.setEditable(True)
         self.text.setAccessibleName("LINK")
@@ -74,7 +74,7 @@ class LinkField(QWidget):
         column.addWidget(self.text)
         # Room for two lines, so that nothing moves while typing.
         self.message = FieldMessage()
-        self.message.setMinimumHeight(look.px(32))
+        self.message.setMinimumHeight(style.px(32))
         self.message.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.message)
         self.input_check = InputCheck(message="", state="warning")  # Whether it will do.
@@ -88,14 +88,14 @@ class LinkField(QWidget):
         else:
             self._from_fields()
 
-    def _address_fields(self, look: DisplayStyle) -> QWidget:
+    def _address_fields(self, style: DisplayStyle) -> QWidget:
         """Return an editor for every field that a kind may have; `_show_kind` hides the others."""
         self.host = QLineEdit()
         self.path = QLineEdit()
         self.device = QComboBox()
         self.device.setPlaceholderText(tr("No serial port is plugged in"))
         self.port = IntegerField(1, 65535, 14550)
-        self.port.setMaximumWidth(look.px(96))
+        self.port.setMaximumWidth(style.px(96))
         self.baud = QComboBox()
         for line in (self.host, self.path):
             line.textEdited.connect(self._from_fields)
@@ -103,7 +103,7 @@ class LinkField(QWidget):
             box.activated.connect(self._from_fields)
         self.port.value_changed.connect(self._from_fields)
         page = QWidget()
-        row = arrange(QHBoxLayout(page), look.px(8))
+        row = arrange(QHBoxLayout(page), style.px(8))
         self._labels = {}
         by_field: dict[str, list[QWidget]] = {
             "host": [self.host], "port": [self.port], "path": [self.path, self.device],

@@ -101,7 +101,7 @@ class MavlinkInspector(SelfDeletingDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         ask: Callable[[], LinkReport | None],
         *,
         live: bool,
@@ -111,18 +111,18 @@ class MavlinkInspector(SelfDeletingDialog):
         self._ask = ask
         self.setWindowTitle(tr("MAVLink inspector"))
         room = self.screen().availableSize() - QSize(32, 64)
-        self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
+        self.resize(QSize(style.px(760), style.px(600)).boundedTo(room))
         column = arrange(
-            QVBoxLayout(self), look.px(8), look.px(24), look.px(16), look.px(24), look.px(16)
+            QVBoxLayout(self), style.px(8), style.px(24), style.px(16), style.px(24), style.px(16)
         )
         self.senders = create_label("", wrap=True)
         column.addWidget(self.senders)
-        model = TableRowModel(look, LINK_COLUMN_TITLES, right=frozenset({1, 2, 3, 4}))
+        model = TableRowModel(style, LINK_COLUMN_TITLES, right=frozenset({1, 2, 3, 4}))
         widths = {1: "1234567", 2: "1000", 3: "99 min", 4: "1000 ms"}
-        view = TableRowView(model, look, tr("Messages"), stretch=0, widths=widths, wrap=False)
+        view = TableRowView(model, style, tr("Messages"), stretch=0, widths=widths, wrap=False)
         for place in () if live else LIVE_ONLY_COLUMNS:
             view.setColumnHidden(place, True)
-        self.messages = ListPanel(view, look, tr("No frames received yet."))
+        self.messages = ListPanel(view, style, tr("No frames received yet."))
         column.addWidget(self.messages, 1)
         column.addWidget(create_label(tr(_DELAY), "hint", wrap=True))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)

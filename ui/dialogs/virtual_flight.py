@@ -72,7 +72,7 @@ class VirtualFlightDialog(RecordingDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         choices: VirtualFlightOptions,
         flights: Path,
         parent: QWidget | None = None,
@@ -84,7 +84,7 @@ class VirtualFlightDialog(RecordingDialog):
                 "computer and recorded like any flight."
             ),
             tr("Fly"),
-            look,
+            style,
             parent,
         )
         self.plan = ShippedFileField(
@@ -110,7 +110,7 @@ class VirtualFlightDialog(RecordingDialog):
         self.search.textChanged.connect(self._filter)
         self.effects = QListWidget()
         self.effects.setAccessibleName(tr("Hidden effects"))
-        self.effects.setFixedHeight(look.px(112))
+        self.effects.setFixedHeight(style.px(112))
         self.effects.setProperty("role", "boxed")
         self.effects.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.note = FieldMessage()
@@ -126,7 +126,7 @@ class VirtualFlightDialog(RecordingDialog):
         )
         self._reading.start()
         holder = QWidget()
-        column = arrange(QVBoxLayout(holder), look.px(8))
+        column = arrange(QVBoxLayout(holder), style.px(8))
         column.addWidget(self.search)
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)

@@ -85,9 +85,9 @@ class ChannelPanel(QWidget):
     layout_saved = Signal(str)  # Save what is on screen under that name.
     layout_deleted = Signal(str)  # Forget a saved layout.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._available: tuple[str, ...] = ()
         self._charts = StripLayout()
         self._notes: dict[str, str] = {}
@@ -130,7 +130,7 @@ class ChannelPanel(QWidget):
         split.setStretchFactor(0, 3)
         split.setStretchFactor(1, 2)
         column.addWidget(split, 1)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     def _add_menus(self) -> None:
         show = QAction(tr("Show or hide in the charts"), self.tree)
@@ -294,7 +294,7 @@ class ChannelPanel(QWidget):
 
     def _restyle(self) -> None:
         """Give headings their letters; a style sheet cannot tell them from charts."""
-        font = self._look.font("label", strong=True)
+        font = self._style.font("label", strong=True)
         for place in range(self.order.count()):
             item = self.order.item(place)
             if isinstance(item.data(_ID), str) and item.font() != font:
@@ -365,7 +365,7 @@ class ChannelPanel(QWidget):
         if agreed and name.strip():
             self.layout_saved.emit(name.strip())
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the search."""
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()

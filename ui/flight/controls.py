@@ -39,15 +39,15 @@ class ReplayBar(QWidget):
     speed_chosen = Signal(float)  # Times as fast as the flight was; infinite is as fast as it can.
     moved = Signal(float)  # Flight time to go to, s.
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+    def __init__(self, actions: Mapping[str, QAction], style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        self.play = ActionButton(actions["chart_pause"], tr("Play"), look, "play")
-        self.back = ActionButton(actions["step_back"], "−1", look)
-        self.step = ActionButton(actions["step"], "+1", look)
-        self.go_to = ActionButton(actions["go_to"], tr("Go to…"), look)
+        self.play = ActionButton(actions["chart_pause"], tr("Play"), style, "play")
+        self.back = ActionButton(actions["step_back"], "−1", style)
+        self.step = ActionButton(actions["step"], "+1", style)
+        self.go_to = ActionButton(actions["go_to"], tr("Go to…"), style)
         self.speed = QComboBox()
         self.speed.setAccessibleName(tr("Speed of the replay"))
         self.speed.setToolTip(tr("Speed of the replay ([ slower, ] faster)"))
@@ -59,18 +59,18 @@ class ReplayBar(QWidget):
         )
         self.clock = QLabel()
         self.clock.setProperty("role", "number")
-        self.clock.setMinimumWidth(look.px(112))
+        self.clock.setMinimumWidth(style.px(112))
         for widget in (self.play, self.back, self.step, self.speed, self.go_to, self.clock):
             row.addWidget(widget)
         self._row = row
-        self.slider = TimeSlider(look)  # The whole flight with its marks; stands above this bar.
+        self.slider = TimeSlider(style)  # The whole flight with its marks; stands above this bar.
         self.slider.moved.connect(self.moved)
-        look.changed.connect(self._rescale)
+        style.changed.connect(self._rescale)
         self._rescale()
 
     def _rescale(self) -> None:
-        self._row.setSpacing(self._look.px(8))
-        self.clock.setMinimumWidth(self._look.px(112))
+        self._row.setSpacing(self._style.px(8))
+        self.clock.setMinimumWidth(self._style.px(112))
         self.slider.updateGeometry()
 
     def show_bar(self, shown: bool) -> None:
@@ -112,27 +112,27 @@ class ControlRow(QWidget):
     span_chosen = Signal(float)  # Seconds to show.
 
     def __init__(
-        self, actions: Mapping[str, QAction], look: DisplayStyle, replay: ReplayBar
+        self, actions: Mapping[str, QAction], style: DisplayStyle, replay: ReplayBar
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._replay = replay
         outer = arrange(QHBoxLayout(self), 0)
         left, right = QWidget(), QWidget()
         outer.addWidget(left, 1)
         outer.addWidget(right, 0, Qt.AlignmentFlag.AlignTop)
-        flow = FlowLayout(left, spacing=look.px(8))
-        side = FlowLayout(right, spacing=look.px(8))
+        flow = FlowLayout(left, spacing=style.px(8))
+        side = FlowLayout(right, spacing=style.px(8))
         self._flows = (flow, side)
-        self.pause = ActionButton(actions["chart_pause"], tr("Pause"), look, "pause")
-        self.mark = ActionButton(actions["mark"], tr("Mark"), look, "flag")
-        self.note = ActionButton(actions["note"], tr("Note"), look)
-        self.panel = ActionButton(actions["side_panel"], tr("Panel"), look, "panel")
+        self.pause = ActionButton(actions["chart_pause"], tr("Pause"), style, "pause")
+        self.mark = ActionButton(actions["mark"], tr("Mark"), style, "flag")
+        self.note = ActionButton(actions["note"], tr("Note"), style)
+        self.panel = ActionButton(actions["side_panel"], tr("Panel"), style, "panel")
         for widget in (replay, self.pause, self.mark, self.note):
             flow.addWidget(widget)
         self.spans: dict[float, QPushButton] = {}
         holder = QWidget()
-        row = arrange(QHBoxLayout(holder), look.px(4))
+        row = arrange(QHBoxLayout(holder), style.px(4))
         for seconds in TIME_SPANS:
             button = QPushButton(time_span_text(seconds))
             button.setProperty("role", "segment")
@@ -152,21 +152,21 @@ class ControlRow(QWidget):
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
         left.setSizePolicy(policy)
-        look.changed.connect(self._rescale)
+        style.changed.connect(self._rescale)
         self._rescale()
 
     def _rescale(self) -> None:
-        gap = self._look.px(8)
+        gap = self._style.px(8)
         for flow in self._flows:
             flow.setContentsMargins(gap, gap, gap, gap)
             flow.setSpacing(gap)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        roomy = self.width() >= self._look.px(_SPANS_MIN_WIDTH)
+        roomy = self.width() >= self._style.px(_SPANS_MIN_WIDTH)
         self._spans.setVisible(roomy)
         self._replay.show_steps(roomy)
-        enough = self.width() >= self._look.px(_NOTE_MIN_WIDTH)
+        enough = self.width() >= self._style.px(_NOTE_MIN_WIDTH)
         self.note.setVisible(enough)
         # The bar on top has the time as well.
         self._replay.clock.setVisible(enough)

@@ -97,17 +97,17 @@ def bound_percent_text(percent: float) -> str:
 class EstimateDelegate(QStyledItemDelegate):
     """Paints a derivative: words and number left, its history right."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
 
     def sizeHint(self, _option: QStyleOptionViewItem, _index: ModelIndex) -> QSize:
-        return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
+        return QSize(self._style.px(200), self._style.px(_ROW_HEIGHT))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         row = index.data(VALUE_ROLE)
-        look, px = self._look, self._look.px
-        theme = look.theme
+        style, px = self._style, self._style.px
+        theme = style.theme
         box = QRectF(option.rect)
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
@@ -126,21 +126,21 @@ class EstimateDelegate(QStyledItemDelegate):
         painter.restore()
 
     def _paint_words(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
-        look, theme = self._look, self._look.theme
+        style, theme = self._style, self._style.theme
         line = box.height() / 3.0
         top = QRectF(box.left(), box.top(), box.width(), line)
         middle = top.translated(0.0, line)
         low = middle.translated(0.0, line)
         value, beside = describe_value(row)
-        painter.setFont(look.font("body", strong=True))
+        painter.setFont(style.font("body", strong=True))
         painter.setPen(QColor(theme.text))
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, symbol_text(row.name))
         painter.setPen(QColor(theme.muted if row.best is None else theme.text))
         percent = DASH if row.percent is None else f"±{bound_percent_text(row.percent)}"
         painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
-        painter.setFont(look.font("body"))
+        painter.setFont(style.font("body"))
         painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, value)
-        painter.setFont(look.font("label"))
+        painter.setFont(style.font("label"))
         painter.setPen(QColor(theme.muted))
         if row.value is None:
             self._paint_excitation(painter, low, row)
@@ -154,10 +154,10 @@ class EstimateDelegate(QStyledItemDelegate):
 
     def _paint_excitation(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
         """Paint how far the excitation is from what it takes; a word stands beside the bar."""
-        look, theme, px = self._look, self._look.theme, self._look.px
+        style, theme, px = self._style, self._style.theme, self._style.px
         progress = min(max(row.progress, 0.0), 1.0)
         said = tr("excited {progress:.0f} %").format(progress=100.0 * progress)
-        width = QFontMetricsF(look.font("label")).horizontalAdvance(tr("excited 100 %"))
+        width = QFontMetricsF(style.font("label")).horizontalAdvance(tr("excited 100 %"))
         bar = QRectF(
             box.left() + width + px(8), box.center().y() - px(3), box.width() - width - px(8), px(6)
         )
@@ -172,7 +172,7 @@ class EstimateDelegate(QStyledItemDelegate):
 
     def _paint_history(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
         """Paint FTR's line, the points of maximum likelihood, and what was known before."""
-        theme, px = self._look.theme, self._look.px
+        theme, px = self._style.theme, self._style.px
         painter.fillRect(box, QColor(theme.plot))
         best = row.best
         if best is None or not row.times.size:
@@ -233,21 +233,21 @@ class EstimatesList(QListView):
 
     opened = Signal(str)  # The derivative that the user pressed Enter on.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self.row_model = TableRowModel(look, (tr("Derivative"),))
-        self._look = look
+        self.row_model = TableRowModel(style, (tr("Derivative"),))
+        self._style = style
         self.setModel(self.row_model)
         self.menu = TableMenu(self, table=self._table)
         self.menu.add_command(tr("Go to the last maneuver"), self._open)
-        self.setItemDelegate(EstimateDelegate(look))
+        self.setItemDelegate(EstimateDelegate(style))
         self.setAccessibleName(tr("Derivatives"))
         self.setUniformItemSizes(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.doubleClicked.connect(self._open)
-        look.changed.connect(self.row_model.refresh)
+        style.changed.connect(self.row_model.refresh)
 
     def _table(self) -> list[tuple[str, ...]]:
         """Return value and standard error of each derivative by FTR and by ML, per radian."""
@@ -288,19 +288,19 @@ _LEGEND_ENTRIES = (
 class EstimatesLegend(QWidget):
     """Explains what the rows draw, and their percentage."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setAccessibleName(
             tr("Legend: {entries}").format(
                 entries=", ".join(tr(words) for _, words in _LEGEND_ENTRIES)
             )
         )
-        look.changed.connect(self.updateGeometry)
+        style.changed.connect(self.updateGeometry)
 
     def _places(self, width: float) -> list[tuple[float, float]]:
         """Return where each entry begins; those without room go into the next line."""
-        px, metrics = self._look.px, QFontMetricsF(self._look.font("label"))
+        px, metrics = self._style.px, QFontMetricsF(self._style.font("label"))
         x = y = 0.0
         found = []
         for sign, words in _LEGEND_ENTRIES:
@@ -315,16 +315,16 @@ class EstimatesLegend(QWidget):
         return True
 
     def heightForWidth(self, width: int) -> int:
-        return round(self._places(width)[-1][1]) + self._look.px(24)
+        return round(self._places(width)[-1][1]) + self._style.px(24)
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(200), self.heightForWidth(max(self.width(), 1)))
+        return QSize(self._style.px(200), self.heightForWidth(max(self.width(), 1)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, theme, px = self._look, self._look.theme, self._look.px
+        style, theme, px = self._style, self._style.theme, self._style.px
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
-        painter.setFont(look.font("label"))
+        painter.setFont(style.font("label"))
         for (sign, words), (x, y) in zip(_LEGEND_ENTRIES, self._places(self.width()), strict=True):
             middle = y + px(11)
             if sign == "point":
@@ -337,8 +337,8 @@ class EstimatesLegend(QWidget):
             elif sign:
                 dotted = sign == "known"
                 color = theme.previous if dotted else theme.text
-                style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
-                painter.setPen(QPen(QColor(color), px(1 if dotted else 1.5), style))
+                pen_style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
+                painter.setPen(QPen(QColor(color), px(1 if dotted else 1.5), pen_style))
                 painter.drawLine(QPointF(x, middle), QPointF(x + px(16), middle))
             painter.setPen(QColor(theme.muted))
             room = QRectF(x + (px(22) if sign else 0), y, self.width(), px(22))
@@ -351,13 +351,13 @@ class EstimatesPanel(QWidget):
 
     opened = Signal(str)  # A derivative whose last maneuver is to be shown.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
         column = arrange(QVBoxLayout(self), 0)
         self._state = create_label("", "label", wrap=True)
         self._state.setContentsMargins(12, 8, 12, 4)
         column.addWidget(self._state)
-        self._legend = EstimatesLegend(look)
+        self._legend = EstimatesLegend(style)
         column.addWidget(self._legend)
         holder = QWidget()
         self._pile = QStackedLayout(holder)
@@ -365,7 +365,7 @@ class EstimatesPanel(QWidget):
         self._empty.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._empty.setContentsMargins(16, 16, 16, 16)
         self._pile.addWidget(self._empty)
-        self.list = EstimatesList(look)
+        self.list = EstimatesList(style)
         self._pile.addWidget(self.list)
         column.addWidget(holder, 1)
         self.list.opened.connect(self.opened)

@@ -39,7 +39,7 @@ class FlightPage(QStackedWidget):
     def show_flight(self, shown: bool) -> None:
         self.setCurrentWidget(self.view if shown else self.start)
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the charts, or the start page."""
         (self.view.charts if self.currentWidget() is self.view else self.start).setFocus()
 
@@ -52,7 +52,7 @@ class FlightPageController(QObject):
         window: QWidget,
         controller: FlightController,
         view: FlightView,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         limits: UserLimitStore,
         voice: Voice,
@@ -61,7 +61,7 @@ class FlightPageController(QObject):
         self._window = window
         self._controller = controller
         self._view = view
-        self._look = look
+        self._style = style
         self._store = store
         self._limits = limits
         self._voice = voice
@@ -111,7 +111,7 @@ class FlightPageController(QObject):
             return FlightViewState()
         if self._builder is None or self._builder.session is not session:
             self._builder = FlightViewStateBuilder(session)
-        return self._builder.build(snapshot, self._look.units)
+        return self._builder.build(snapshot, self._style.units)
 
     def acknowledge(self) -> None:
         """Acknowledge the alarms, by the key or from the menu."""
@@ -193,7 +193,7 @@ class FlightPageController(QObject):
         span = self._controller.replay_span
         if span is None:
             return
-        dialog = GoToDialog(self._look, *span, self._controller.time or span[0], self._window)
+        dialog = GoToDialog(self._style, *span, self._controller.time or span[0], self._window)
         if dialog.exec():
             self._seek(dialog.clamped_time)
 
@@ -204,7 +204,7 @@ class FlightPageController(QObject):
         if chart is None:
             return
         dialog = RangeDialog(
-            self._look, chart.specs[0].title, chart.displays[0].unit, chart.low, chart.high,
+            self._style, chart.specs[0].title, chart.displays[0].unit, chart.low, chart.high,
             self._window,
         )  # fmt: skip
         if dialog.exec():
@@ -216,12 +216,12 @@ class FlightPageController(QObject):
             return
         spec = chart.specs[0]
         dialog = LimitsDialog(
-            self._look, spec, session.limits.bands(spec.id),
+            self._style, spec, session.limits.bands(spec.id),
             typed=session.limits.has_user_limits(spec.id),
             parent=self._window,
         )  # fmt: skip
         if dialog.exec():
-            self._limits.write(spec.id, dialog.limits, self._look.units)
+            self._limits.write(spec.id, dialog.limits, self._style.units)
             self._give_limits()
             self._controller.refreshed.emit()
 

@@ -130,13 +130,13 @@ class FlightView(QWidget):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         layouts: LayoutStore,
     ) -> None:
         super().__init__()
         self._actions = actions
-        self._look = look
+        self._style = style
         self._store = store
         self._history: SampleSource | None = None
         self._state = FlightViewState()
@@ -163,9 +163,9 @@ class FlightView(QWidget):
         foot.setObjectName("controls")
         foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         below = arrange(QVBoxLayout(foot), 0)
-        self.replay = ReplayBar(actions, look)
+        self.replay = ReplayBar(actions, style)
         below.addWidget(self.replay.slider)
-        self.controls = ControlRow(actions, look, self.replay)
+        self.controls = ControlRow(actions, style, self.replay)
         below.addWidget(self.controls)
         column.addWidget(foot)
         self.replay.show_bar(False)
@@ -184,12 +184,12 @@ class FlightView(QWidget):
         tabs.setUsesScrollButtons(True)
         tabs.tabBar().setExpanding(False)
         tabs.tabBar().setDrawBase(False)
-        self.channels = ChannelPanel(self._look)
-        self.values = ValuesPanel(self._look)
-        self.marks = MarksPanel(self._look)
-        self.alarms = AlarmsPanel(self._look)
-        self.messages = MessagesPanel(self._look)
-        self.estimates = EstimatesPanel(self._look)
+        self.channels = ChannelPanel(self._style)
+        self.values = ValuesPanel(self._style)
+        self.marks = MarksPanel(self._style)
+        self.alarms = AlarmsPanel(self._style)
+        self.messages = MessagesPanel(self._style)
+        self.estimates = EstimatesPanel(self._style)
         panels = (
             self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
         )  # fmt: skip
@@ -207,7 +207,7 @@ class FlightView(QWidget):
         self.layouts.layout_shown.connect(self._show_values)
         self.tabs.currentChanged.connect(lambda _index: self._show_values())
         self.tabs.currentChanged.connect(lambda _index: self._size_panel())
-        self._look.changed.connect(self._restyle)
+        self._style.changed.connect(self._restyle)
         self._actions["side_panel"].setChecked(store.current.side_panel)
 
     # Commands
@@ -248,7 +248,7 @@ class FlightView(QWidget):
         self.tabs.setCurrentIndex(index)
         panel = self.tabs.currentWidget()
         if panel is self.channels:
-            self.channels.begin()
+            self.channels.set_initial_focus()
         else:
             (panel.focusProxy() or panel).setFocus(Qt.FocusReason.ShortcutFocusReason)
 
@@ -273,7 +273,7 @@ class FlightView(QWidget):
         self._size_panel()
 
     def _size_panel(self) -> None:
-        roomy = self.width() >= self._look.px(_PANEL_MIN_WIDTH)
+        roomy = self.width() >= self._style.px(_PANEL_MIN_WIDTH)
         shown = self._store.current.side_panel and roomy
         if self._requested_panel is not None:
             shown = self._requested_panel
@@ -282,8 +282,8 @@ class FlightView(QWidget):
             self._show_values()
         self._actions["side_panel"].setChecked(shown)
         # Where both do not fit side by side, the open panel takes the place of the charts.
-        least = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
-        most = self.width() - self._look.px(_CHARTS_MIN_WIDTH)
+        least = max(self._style.px(_PANEL_WIDTH), self._tabs_width())
+        most = self.width() - self._style.px(_CHARTS_MIN_WIDTH)
         alone = shown and most < least
         self.charts.setVisible(not alone)
         if shown:
@@ -292,7 +292,7 @@ class FlightView(QWidget):
             self.tabs.setMinimumWidth(least)
             self.tabs.setMaximumWidth(most)
             wide = self.alarms.view.full_width if self.tabs.currentWidget() is self.alarms else 0
-            side = min(max(self._look.px(self._panel_width), least, wide), most)
+            side = min(max(self._style.px(self._panel_width), least, wide), most)
             # Else the splitter would keep the shares of a time when it was hidden, or room for
             # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
@@ -305,21 +305,21 @@ class FlightView(QWidget):
         self._size_panel()
 
     def _panel_drawn(self) -> None:
-        self._panel_width = round(self.tabs.width() / self._look.sizes.scale)
+        self._panel_width = round(self.tabs.width() / self._style.sizes.scale)
         self._drawn.start()
 
     def _tabs_width(self) -> int:
         """Return the width at which all tabs are in sight, with up to 99 alarms waiting."""
-        look = self._look
-        plain = QFontMetricsF(look.font("label"))
-        chosen = QFontMetricsF(look.font("label", strong=True))
+        style = self._style
+        plain = QFontMetricsF(style.font("label"))
+        chosen = QFontMetricsF(style.font("label", strong=True))
         words = [_alarms_tab_text(99) if name == _ALARMS else tr(name) for name in _TAB_NAMES]
         bolder = max(
             chosen.horizontalAdvance(word) - plain.horizontalAdvance(word) for word in words
         )
         # Qt gives each tab whole pixels.
         each = [
-            math.ceil(plain.horizontalAdvance(word)) + 2 * look.px(TAB_MARGIN) for word in words
+            math.ceil(plain.horizontalAdvance(word)) + 2 * style.px(TAB_MARGIN) for word in words
         ]
         return sum(each) + math.ceil(bolder)
 
@@ -389,7 +389,7 @@ class FlightView(QWidget):
         self.charts.advance()
 
     def _show_menu(self, where: QPoint, time: float | None) -> None:
-        units = self._look.units
+        units = self._style.units
         menu = create_chart_menu(self.charts, self._state, self._actions, time, units, self)
         menu.exec(where)
         menu.deleteLater()
@@ -410,16 +410,16 @@ class FlightView(QWidget):
         names = self.charts.strip_layout.channels if cursors else ()
         self.values.show_rows(
             build_cursor_value_rows(
-                self._history, names, cursors, self._look.units, self._state.sources
+                self._history, names, cursors, self._style.units, self._state.sources
             )
         )
         self.values.show_columns(cursors)
         self.values.show_times(cursor_times_text(cursors) if cursors else "")
 
     def _restyle(self) -> None:
-        self.charts.set_theme(self._look.theme)
-        self.charts.set_units(self._look.units)
-        self.charts.set_scale(self._look.sizes.scale)
+        self.charts.set_theme(self._style.theme)
+        self.charts.set_units(self._style.units)
+        self.charts.set_scale(self._style.sizes.scale)
         self.charts.advance()
         self._show_values()
         self._view_changed()

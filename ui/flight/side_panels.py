@@ -24,9 +24,9 @@ class ListPanel(QWidget):
     `empty`: what is said while there is nothing.
     """
 
-    def __init__(self, view: TableRowView, look: DisplayStyle, empty: str) -> None:
+    def __init__(self, view: TableRowView, style: DisplayStyle, empty: str) -> None:
         super().__init__()
-        self.look = look
+        self._style = style
         self.view = view
         column = arrange(QVBoxLayout(self), 0)
         self.head = QVBoxLayout()
@@ -86,20 +86,20 @@ class ListPanel(QWidget):
 class ValuesPanel(ListPanel):
     """All charted channels at the cursor and at A and B, with the difference."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         model = TableRowModel(
-            look, ("", tr("Cursor"), "A", "B", tr("B − A")), right=frozenset({1, 2, 3, 4})
+            style, ("", tr("Cursor"), "A", "B", tr("B − A")), right=frozenset({1, 2, 3, 4})
         )
         view = TableRowView(
             model,
-            look,
+            style,
             tr("Values at the cursors"),
             stretch=0,
             widths={1: 62, 2: 62, 3: 62, 4: 62},
             wrap=False,
         )
         super().__init__(
-            view, look, tr("No cursor. Point at the charts or press C; A and B set two times.")
+            view, style, tr("No cursor. Point at the charts or press C; A and B set two times.")
         )
         self.times = QLabel()
         self.times.setProperty("role", "label")
@@ -126,15 +126,15 @@ class MarksPanel(ListPanel):
     deleted = Signal(object)  # Key of a mark to take away; it can be brought back.
     edit_ended = Signal()  # A text was typed, or left as it was.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         model = TableRowModel(
-            look, (tr("Time"), tr("Mark")), right=frozenset({0}), editable=frozenset({1})
+            style, (tr("Time"), tr("Mark")), right=frozenset({0}), editable=frozenset({1})
         )
         view = TableRowView(
-            model, look, tr("Marks and notes"), stretch=1, widths={0: WIDEST_TIME_TEXT}
+            model, style, tr("Marks and notes"), stretch=1, widths={0: WIDEST_TIME_TEXT}
         )
         super().__init__(
-            view, look, tr("No marks yet. M marks this moment, N also asks for a few words.")
+            view, style, tr("No marks yet. M marks this moment, N also asks for a few words.")
         )
         model.edited.connect(self.edited)
         view.opened.connect(self.jump_requested)
@@ -168,14 +168,14 @@ class AlarmsPanel(ListPanel):
     acknowledged = Signal()  # The user has seen them.
     jump_requested = Signal(object)  # Key of an alarm to go to.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         titles = (tr("Start"), tr("Alarm"), tr("Value"), tr("Duration"), tr("Ack."))
-        model = TableRowModel(look, titles, right=frozenset({2, 3}))
+        model = TableRowModel(style, titles, right=frozenset({2, 3}))
         widths = {0: WIDEST_TIME_TEXT, 2: "< 100.0 °", 3: tr("Duration"), 4: tr("crew, Alarms")}
         view = TableRowView(
-            model, look, tr("Alarms"), stretch=1, widths=widths, least=140, sortable=True
+            model, style, tr("Alarms"), stretch=1, widths=widths, least=140, sortable=True
         )
-        super().__init__(view, look, tr("No alarms."))
+        super().__init__(view, style, tr("No alarms."))
         # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
         self.cues_note = create_label(
             tr("In a replay, cue alarms appear as they are reached."), "hint", wrap=True
@@ -210,11 +210,11 @@ class MessagesPanel(ListPanel):
 
     jump_requested = Signal(object)
 
-    def __init__(self, look: DisplayStyle) -> None:
-        model = TableRowModel(look, (tr("Time"), tr("Message")), right=frozenset({0}))
+    def __init__(self, style: DisplayStyle) -> None:
+        model = TableRowModel(style, (tr("Time"), tr("Message")), right=frozenset({0}))
         view = TableRowView(
-            model, look, tr("Status messages"), stretch=1, widths={0: WIDEST_TIME_TEXT}
+            model, style, tr("Status messages"), stretch=1, widths={0: WIDEST_TIME_TEXT}
         )
-        super().__init__(view, look, tr("No status messages received."))
+        super().__init__(view, style, tr("No status messages received."))
         view.opened.connect(self.jump_requested)
         view.menu.add_command(tr("Go to"), lambda: self.jump_requested.emit(view.current_key()))

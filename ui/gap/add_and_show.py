@@ -65,7 +65,7 @@ class ForceEffectDialog(FormDialog):
     """Asks which effect shall be put into the model."""
 
     def __init__(
-        self, look: DisplayStyle, choices: Sequence[ForceableEffect], parent: QWidget | None = None
+        self, style: DisplayStyle, choices: Sequence[ForceableEffect], parent: QWidget | None = None
     ) -> None:
         super().__init__(
             tr("Force another effect"),
@@ -73,10 +73,10 @@ class ForceEffectDialog(FormDialog):
                 "Adds the effect regardless of its evidence and refits all values. Undo removes it."
             ),
             tr("Force"),
-            look,
+            style,
             parent,
         )
-        self.listed = BoxedListView(look, tr("Effects"))
+        self.listed = BoxedListView(style, tr("Effects"))
         self.search = _SearchEdit(self.listed)
         self.search.setPlaceholderText(tr("Search the effects"))
         self.search.setAccessibleName(tr("Search the effects"))
@@ -95,7 +95,7 @@ class ForceEffectDialog(FormDialog):
         holder = QWidget()
         column = QVBoxLayout(holder)
         column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(8))
+        column.setSpacing(style.px(8))
         column.addWidget(self.search)
         column.addWidget(self.listed)
         holder.setFocusProxy(self.search)
@@ -104,7 +104,7 @@ class ForceEffectDialog(FormDialog):
         self.listed.doubleClicked.connect(lambda _index: self.accept())
         self._filter("")
         # As high with few matches as with all.
-        self.listed.setFixedHeight(look.px(224))
+        self.listed.setFixedHeight(style.px(224))
         self.fit_to_content()
 
     def _filter(self, words: str) -> None:
@@ -143,16 +143,16 @@ _BUTTONS = (
 class AddStage(StageView):
     """Effects and values of the revised model, with the buttons that decide."""
 
-    def __init__(self, look: DisplayStyle, actions: Mapping[str, QAction]) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle, actions: Mapping[str, QAction]) -> None:
+        super().__init__(style)
         self.buttons = {
-            name: ActionButton(actions[name], tr(words), look) for name, words in _BUTTONS
+            name: ActionButton(actions[name], tr(words), style) for name, words in _BUTTONS
         }
         self.buttons["gap_accept"].setProperty("role", "primary")
-        pair = StackingColumns(look, (6, 5))
+        pair = StackingColumns(style, (6, 5))
         self.column.addWidget(pair, 1)
         self.effects = FittedTableView(
-            look, tr("Effects: in the model, next, rejected"),
+            style, tr("Effects: in the model, next, rejected"),
             (tr("Step"), tr("Effect"), tr("State")), stretch=1, widths={0: 52, 2: 150}, least=3,
         )  # fmt: skip
         self.empty_label = create_label("", "muted", wrap=True)
@@ -161,30 +161,30 @@ class AddStage(StageView):
             create_label(tr("Effects"), "heading"),
             (self.effects, 30),
             self.empty_label,
-            create_button_row(look, *self.buttons.values()),
+            create_button_row(style, *self.buttons.values()),
         )
-        pair.left.addSpacing(look.px(8))
+        pair.left.addSpacing(style.px(8))
         self.values_heading = create_label(tr("Values that moved beyond their bounds"), "heading")
         self.values = FittedTableView(
-            look, tr("Values that moved"),
+            style, tr("Values that moved"),
             (tr("Derivative"), tr("Before"), tr("After"), tr("Moved by")), stretch=2,
             widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
         )  # fmt: skip
-        self.settled = create_label("", "muted", wrap=True, remarks_in=look)
+        self.settled = create_label("", "muted", wrap=True, remarks_in=style)
         add_widgets(pair.left, self.values_heading, (self.values, 30), self.settled)
         pair.left.addStretch(1)
         self.title = create_label("", "heading", wrap=True)
         self.equation = create_label("", wrap=True)
-        self.parameters = NameValueTable(look)
+        self.parameters = NameValueTable(style)
         self.sentences = create_label("", "muted", wrap=True)
-        self.remarks = create_label("", "hint", wrap=True, remarks_in=look)
+        self.remarks = create_label("", "hint", wrap=True, remarks_in=style)
         add_widgets(
             pair.right, self.title, self.equation, self.parameters, self.sentences, self.remarks
         )
         pair.right.addStretch(1)
         self.effects.selectionModel().currentChanged.connect(lambda *_: self._show_effect())
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         (self.effects if self.effects.row_model.rows else self.buttons["gap_force"]).setFocus()
 
     @property
@@ -237,7 +237,7 @@ class AddStage(StageView):
         equation = found.equation if found else note.equation if note else ""
         self.equation.setText(equation)
         self.equation.setVisible(bool(equation))
-        self.parameters.show_rows(build_parameter_rows(result, effect, self.look.units))
+        self.parameters.show_rows(build_parameter_rows(result, effect, self._style.units))
         if found is None:
             self.sentences.setText(tr("Rejected: excluded from the search.") if effect else "")
             return
@@ -263,23 +263,23 @@ _NOISE_COLUMN = 2
 class ShowStage(StageView):
     """Overlay, what is left of it, bars per channel, waterfall and numbers."""
 
-    def __init__(self, look: DisplayStyle, actions: Mapping[str, QAction]) -> None:
-        super().__init__(look)
-        pair = StackingColumns(look, (7, 5))
+    def __init__(self, style: DisplayStyle, actions: Mapping[str, QAction]) -> None:
+        super().__init__(style)
+        pair = StackingColumns(style, (7, 5))
         self.column.addWidget(pair, 1)
-        self.maneuver = LabeledComboBox(look, tr("Maneuver"), letters=32)
-        self.channel = LabeledComboBox(look, tr("Channel"), letters=16)
+        self.maneuver = LabeledComboBox(style, tr("Maneuver"), letters=32)
+        self.channel = LabeledComboBox(style, tr("Channel"), letters=16)
         self.buttons = {
-            "gap_report": ActionButton(actions["gap_report"], tr("Write the report…"), look),
-            "gap_save": ActionButton(actions["gap_save"], tr("Save the model…"), look),
+            "gap_report": ActionButton(actions["gap_report"], tr("Write the report…"), style),
+            "gap_save": ActionButton(actions["gap_save"], tr("Save the model…"), style),
         }
-        choices = create_button_row(look, self.maneuver, self.channel)
-        self.overlay = AnalysisPlot(look, tr("Measured and simulated"))
-        self.rest = AnalysisPlot(look, tr("Residual"), high=132)
+        choices = create_button_row(style, self.maneuver, self.channel)
+        self.overlay = AnalysisPlot(style, tr("Measured and simulated"))
+        self.rest = AnalysisPlot(style, tr("Residual"), high=132)
         add_widgets(pair.left, choices, (self.overlay, 3), (self.rest, 2))
         self.closed = create_label("", "heading", wrap=True)
         self.on = create_label("", "muted", wrap=True)
-        self.bars, self.waterfall = ChannelGapBars(look), MisfitWaterfall(look)
+        self.bars, self.waterfall = ChannelGapBars(style), MisfitWaterfall(style)
         add_widgets(
             pair.right,
             self.closed,
@@ -288,12 +288,12 @@ class ShowStage(StageView):
             self.bars,
             create_label(tr("All channels by step"), "strong"),
             self.waterfall,
-            create_button_row(look, *self.buttons.values()),
+            create_button_row(style, *self.buttons.values()),
         )
         pair.right.addStretch(1)
         self.numbers_heading = create_label("", "heading", wrap=True)
         self.numbers = FittedTableView(
-            look, tr("Numbers of each channel"),
+            style, tr("Numbers of each channel"),
             (tr("Channel"), "RMS", tr("Noise"), tr("of range"), "Theil", tr("In 3 floors")),
             stretch=0, widths={1: 140, 2: 68, 3: 104, 4: 120, 5: 112},
             right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
@@ -304,10 +304,10 @@ class ShowStage(StageView):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        narrow = self.width() < self.look.px(_ALL_COLUMNS_WIDTH)
+        narrow = self.width() < self._style.px(_ALL_COLUMNS_WIDTH)
         self.numbers.setColumnHidden(_NOISE_COLUMN, narrow)
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         self.maneuver.box.setFocus()
 
     def refresh(self) -> None:
@@ -332,8 +332,8 @@ class ShowStage(StageView):
         self.on.setText(tr("From the baseline to the last effect. {kept}").format(kept=kept))
         self.bars.show_pairs(channel_gaps(found, selection.step))
         self.waterfall.show_steps(waterfall_steps(found), list_model_names(result), selection.step)
-        lines = build_gap_rows(result, self.look.units)
-        self.numbers.setMaximumWidth(self.look.px(760))
+        lines = build_gap_rows(result, self._style.units)
+        self.numbers.setMaximumWidth(self._style.px(760))
         self.numbers.show_rows(lines)
         self.numbers.setVisible(bool(lines))
         self.numbers_heading.setText(tr("Baseline → last effect, held-out maneuvers"))
@@ -347,9 +347,12 @@ class ShowStage(StageView):
             chart.setVisible(shown)
         if result is None or view is None or not shown:
             return
-        picture = channel_overlay(view, selection.channel, self.look.units, selection.step)
+        picture = channel_overlay(view, selection.channel, self._style.units, selection.step)
         name = list_model_names(result)[selection.step]
-        axis, unit = channel_text(selection.channel), axis_unit(selection.channel, self.look.units)
+        axis, unit = (
+            channel_text(selection.channel),
+            axis_unit(selection.channel, self._style.units),
+        )
         left = f"{axis.split(', ')[0]}{f', {unit}' if unit else ''}"
         kept = tr("held out") if view.held_out else tr("used in the search")
         color = trace_color(selection.channel)

@@ -47,9 +47,9 @@ class StageView(QWidget):
     selection_requested = Signal(object)
     """What to look at instead, a `GapSelection`."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self.look = look
+        self._style = style
         self.result: SearchResult | None = None
         self.selection = GapSelection()
         self.column = QVBoxLayout(self)
@@ -72,21 +72,21 @@ class StageView(QWidget):
     def refresh(self) -> None:
         raise NotImplementedError
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         raise NotImplementedError
 
 
 class FindStage(StageView):
     """Map, disagreements in words, and the histories behind the chosen cell."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
-        pair = StackingColumns(look, (5, 6))
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
+        pair = StackingColumns(style, (5, 6))
         self.column.addWidget(pair, 1)
-        self.map = DisagreementMapView(look)
+        self.map = DisagreementMapView(style)
         self.heading = create_label(tr("Disagreements"), "heading")
         self.lines = FittedTableView(
-            look, tr("Disagreements, most significant first"),
+            style, tr("Disagreements, most significant first"),
             (tr("Maneuver"), tr("What and where")), stretch=1, widths={0: 76}, least=3,
         )  # fmt: skip
         self.empty_label = create_label("", "muted", wrap=True)
@@ -95,7 +95,7 @@ class FindStage(StageView):
             pair.left,
             create_label(tr("Times the noise floor"), "heading"),
             (self.map, 30),
-            DisagreementMapLegend(look),
+            DisagreementMapLegend(style),
             create_label(tr("A corner marks significant cells."), "hint", wrap=True),
             self.heading,
             (self.lines, 20),
@@ -103,18 +103,18 @@ class FindStage(StageView):
             self.detail,
         )
         pair.left.addStretch(1)
-        self.trace = AnalysisPlot(look, tr("Coefficient residual over time"))
+        self.trace = AnalysisPlot(style, tr("Coefficient residual over time"))
         pair.right.addWidget(self.trace, 1)
-        self.variable = LabeledComboBox(look, tr("Against"), letters=18)
+        self.variable = LabeledComboBox(style, tr("Against"), letters=18)
         pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
-        self.cloud = AnalysisPlot(look, tr("Coefficient residual over the region"))
+        self.cloud = AnalysisPlot(style, tr("Coefficient residual over the region"))
         pair.right.addWidget(self.cloud, 1)
         self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
         self.lines.selectionModel().currentChanged.connect(self._line)
         self.connect_choice(self.variable, "variable")
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         self.map.setFocus()
 
     def refresh(self) -> None:
@@ -127,7 +127,7 @@ class FindStage(StageView):
             selection.maneuver,
             selection.coefficient,
         )
-        lines = build_disagreement_rows(result, self.look.units)
+        lines = build_disagreement_rows(result, self._style.units)
         self.lines.show_rows(lines)
         self.lines.setVisible(bool(lines))
         self._show_detail()
@@ -188,7 +188,7 @@ class FindStage(StageView):
     def _draw_cloud(self) -> None:
         if self.result is None:
             return
-        picture = build_missing_scatter(self.result, self.selection, self.look.units)
+        picture = build_missing_scatter(self.result, self.selection, self._style.units)
         self.cloud.setVisible(picture is not None)
         if picture is None:
             return
@@ -251,17 +251,17 @@ class FindStage(StageView):
 class NameStage(StageView):
     """Competition, alternatives, and what these flights could show."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
-        pair = StackingColumns(look, (6, 5))
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
+        pair = StackingColumns(style, (6, 5))
         self.column.addWidget(pair, 1)
         self.winner = create_label("", "strong", wrap=True)
         self.margin = create_label("", "muted", wrap=True)
-        self.ranking = RankingView(look)
+        self.ranking = RankingView(style)
         self.hidden_only = QCheckBox(tr("Unobservable only"))
         self.hidden_only.setAccessibleName(tr("Only effects that these flights cannot show"))
         self.observability = FittedTableView(
-            look, tr("Observability of each effect"),
+            style, tr("Observability of each effect"),
             (tr("Effect"), tr("A plausible size shows"), tr("To see it, fly")),
             stretch=2, widths={0: 190, 1: 150}, least=3,
         )  # fmt: skip
@@ -278,7 +278,7 @@ class NameStage(StageView):
         pair.left.addStretch(1)
         self.effect = create_label("", "heading", wrap=True)
         self.equation = create_label("", "muted", wrap=True)
-        self.about, self.alternatives = HeadedParagraphs(look), HeadedParagraphs(look)
+        self.about, self.alternatives = HeadedParagraphs(style), HeadedParagraphs(style)
         self.same = create_label(tr("Indistinguishable"), "heading")
         add_widgets(
             pair.right, self.effect, self.equation, self.about, self.same, self.alternatives
@@ -289,7 +289,7 @@ class NameStage(StageView):
         self.observability.selectionModel().currentChanged.connect(self._seen)
         self.hidden_only.toggled.connect(lambda _on: self._show_observability())
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         self.ranking.setFocus()
 
     def refresh(self) -> None:
@@ -306,7 +306,7 @@ class NameStage(StageView):
         self._show_observability()
         current = self.ranking.current_key() or (found.effect if found is not None else "")
         self._show_effect(str(current))
-        same = build_alternative_rows(result, self.look.units)
+        same = build_alternative_rows(result, self._style.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(
             [(title, " ".join((why, tr("To tell: {fly}.").format(fly=fly))) if fly else why)

@@ -43,13 +43,15 @@ class GapPage(JobPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
         job_runner: JobRunner | None = None,
     ) -> None:
-        super().__init__(tr("Model gap"), actions, look, store, banners, tr("search"), "gap_cancel")
+        super().__init__(
+            tr("Model gap"), actions, style, store, banners, tr("search"), "gap_cancel"
+        )
         self._error_reporter = error_reporter
         self._open: Path | None = None
         self._trial: BackgroundJob | None = None
@@ -150,7 +152,7 @@ class GapPage(JobPage):
         if self.setup is None:
             from ui.gap.search_setup_page import SearchSetupPage
 
-            self.setup = SearchSetupPage(self._look, self._store)
+            self.setup = SearchSetupPage(self._style, self._store)
             self.setup.search_requested.connect(self.search.search)
             self.setup.virtual_flight_requested.connect(self.fly_virtual_flight)
             self.setup.back_requested.connect(self._show_result_view)
@@ -163,7 +165,7 @@ class GapPage(JobPage):
         if self.result_view is None:
             from ui.gap.gap_result_view import GapResultView
 
-            self.result_view = GapResultView(self._actions, self._look, self._store)
+            self.result_view = GapResultView(self._actions, self._style, self._store)
             self.result_view.step_changed.connect(self.changed)
             self.stack.addWidget(self.result_view)
         return self.result_view
@@ -173,19 +175,19 @@ class GapPage(JobPage):
         if self.setup is not None:
             self.setup.set_open_flight(path)
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         page = self.stack.currentWidget()
         if self.setup is not None and page is self.setup:
-            self.setup.begin()
+            self.setup.set_initial_focus()
         elif self.result_view is not None and page is self.result_view:
-            self.result_view.begin()
+            self.result_view.set_initial_focus()
 
     def show_setup(self) -> None:
         self.show_requested.emit()
         page = self._setup_page()
         page.show_state(busy=self.busy, answered=self.search.result is not None)
         self.stack.setCurrentWidget(page)
-        page.begin()
+        page.set_initial_focus()
         self.changed.emit()
 
     def add_flights(self, flights: Sequence[Path]) -> None:
@@ -196,7 +198,7 @@ class GapPage(JobPage):
     def _show_result_view(self) -> None:
         if self.result_view is not None and self.search.result is not None:
             self.stack.setCurrentWidget(self.result_view)
-            self.result_view.begin()
+            self.result_view.set_initial_focus()
             self.changed.emit()
 
     # The search
@@ -232,7 +234,7 @@ class GapPage(JobPage):
         had_focus = self.isVisible()
         self.stack.setCurrentWidget(result_view)
         if had_focus:
-            result_view.begin()
+            result_view.set_initial_focus()
         else:
             words = result.discrepancy.why or tr("The search has ended.")
             self._banner.show_result(words, tr("Look (F5)"), self.show_requested.emit)
@@ -303,7 +305,7 @@ class GapPage(JobPage):
         from ui.gap.gap_view_models import list_forceable_effects
 
         choices = list_forceable_effects(result, self.result_view.selection.step)
-        dialog = ForceEffectDialog(self._look, choices, self)
+        dialog = ForceEffectDialog(self._style, choices, self)
         if dialog.exec() and dialog.selected_effect is not None:
             self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
 
@@ -335,7 +337,7 @@ class GapPage(JobPage):
         start = initial_dialog_folder(self._store.current) / f"{name} model gap.html"
         path = ask_save_file(self, tr("Write the report"), start, tr(_REPORT_FILTER))
         if path is not None:
-            self.search.write_report(path, self._look.units)
+            self.search.write_report(path, self._style.units)
 
     def _written(self, path: Path) -> None:
         from PySide6.QtCore import QUrl

@@ -48,36 +48,36 @@ _CREATE_INTERVAL_MS = 150
 class _VerdictIcon(QWidget):
     """The shape of the verdict's state."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._state: IndicatorState = "plain"
 
     def show_state(self, state: IndicatorState) -> None:
         self._state = state
         self.setVisible(state != "plain")
-        self.setFixedSize(self._look.px(20), self._look.px(20))
+        self.setFixedSize(self._style.px(20), self._style.px(20))
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         box = QRectF(self.rect()).adjusted(2, 2, -2, -2)
-        paint_indicator(painter, self._state, box, self._look.state_color(self._state))
+        paint_indicator(painter, self._state, box, self._style.state_color(self._state))
         painter.end()
 
 
 class _ScrollContent(QWidget):
     """The page that scrolls: side by side it asks for what it needs, stacked for what it likes."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
 
     def heightForWidth(self, width: int) -> int:
         layout = self.layout()
         if layout is None:
             return -1
-        if width < self._look.px(_ONE_ROW_WIDTH):
+        if width < self._style.px(_ONE_ROW_WIDTH):
             # It scrolls anyway: tables within it need not.
             return layout.totalHeightForWidth(width)
         return layout.minimumHeightForWidth(width)
@@ -89,10 +89,10 @@ class GapResultView(ScrollingPage):
     step_changed = Signal()
 
     def __init__(
-        self, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
+        self, actions: Mapping[str, QAction], style: DisplayStyle, store: SettingsStore
     ) -> None:
-        super().__init__(_ScrollContent(look))
-        self._look = look
+        super().__init__(_ScrollContent(style))
+        self._style = style
         self._store = store
         self._actions = actions
         self.result: SearchResult | None = None
@@ -106,14 +106,14 @@ class GapResultView(ScrollingPage):
         self._next.setSingleShot(True)
         self._next.timeout.connect(self._complete)
         self.stage = ""
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _create_header(self) -> QVBoxLayout:
         head = QVBoxLayout()
         row = QHBoxLayout()
-        row.setSpacing(self._look.px(10))
-        self._sign = _VerdictIcon(self._look)
+        row.setSpacing(self._style.px(10))
+        self._sign = _VerdictIcon(self._style)
         row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignVCenter)
         self.verdict = create_label("", "title", wrap=True)
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -121,11 +121,11 @@ class GapResultView(ScrollingPage):
         self.verdict.setSizePolicy(policy)
         row.addWidget(self.verdict, 1)
         self.search_button = ActionButton(
-            self._actions["gap_search"], tr("New search…"), self._look
+            self._actions["gap_search"], tr("New search…"), self._style
         )
         row.addWidget(self.search_button, 0, Qt.AlignmentFlag.AlignTop)
         head.addLayout(row)
-        self.reason = create_label("", wrap=True, remarks_in=self._look)
+        self.reason = create_label("", wrap=True, remarks_in=self._style)
         self.reason.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         head.addWidget(self.reason)
         self.about = create_label("", "hint", wrap=True)
@@ -139,7 +139,7 @@ class GapResultView(ScrollingPage):
         chapters = QWidget()
         row = QHBoxLayout(chapters)
         row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(self._look.px(4))
+        row.setSpacing(self._style.px(4))
         self.buttons: dict[str, QPushButton] = {}
         self._group = ExclusiveButtonGroup(self)
         for number, stage in enumerate(GAP_STAGES, start=1):
@@ -159,7 +159,7 @@ class GapResultView(ScrollingPage):
             row.addWidget(button)
             self.buttons[stage.id] = button
         self._navigation_box.addWidget(chapters)
-        self.track = StepSlider(self._look)
+        self.track = StepSlider(self._style)
         self.track.valueChanged.connect(self._slider_moved)
         self._navigation_box.addWidget(self.track, 1)
         return holder
@@ -168,12 +168,12 @@ class GapResultView(ScrollingPage):
 
     def _get_stage(self, name: str) -> StageView:
         if name not in self.stages:
-            look, actions = self._look, self._actions
+            style, actions = self._style, self._actions
             kinds: Mapping[str, Callable[[], StageView]] = {
-                "find": lambda: FindStage(look),
-                "name": lambda: NameStage(look),
-                "add": lambda: AddStage(look, actions),
-                "show": lambda: ShowStage(look, actions),
+                "find": lambda: FindStage(style),
+                "name": lambda: NameStage(style),
+                "add": lambda: AddStage(style, actions),
+                "show": lambda: ShowStage(style, actions),
             }
             view = kinds[name]()
             view.setAccessibleName(tr(next(one.title for one in GAP_STAGES if one.id == name)))
@@ -258,11 +258,11 @@ class GapResultView(ScrollingPage):
         self.set_selection(self.selection)
         self.verticalScrollBar().setValue(0)
         if focus:
-            self.stages[stage].begin()
+            self.stages[stage].set_initial_focus()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         if self.stage:
-            self.stages[self.stage].begin()
+            self.stages[self.stage].set_initial_focus()
 
     # Moving
 
@@ -309,19 +309,19 @@ class GapResultView(ScrollingPage):
         self._fit()
 
     def _fit(self) -> None:
-        look = self._look
-        wide = self.viewport().width() >= look.px(_ONE_ROW_WIDTH)
+        style = self._style
+        wide = self.viewport().width() >= style.px(_ONE_ROW_WIDTH)
         side, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._navigation_box.setDirection(side if wide else down)
-        self._navigation_box.setSpacing(look.px(24 if wide else 8))
+        self._navigation_box.setSpacing(style.px(24 if wide else 8))
 
     def _restyle(self) -> None:
-        look = self._look
-        margin = look.px(16)
-        self.column.setContentsMargins(margin, look.px(12), margin, margin)
-        self.column.setSpacing(look.px(12))
+        style = self._style
+        margin = style.px(16)
+        self.column.setContentsMargins(margin, style.px(12), margin, margin)
+        self.column.setSpacing(style.px(12))
         for button in self.buttons.values():
-            button.setMinimumHeight(look.px(36))
+            button.setMinimumHeight(style.px(36))
         self._fit()
         self._show_verdict()
         if self.result is not None:

@@ -58,12 +58,12 @@ class GapSearch(QObject):
         return self._job.title if self._job is not None else ""
 
     def search(self, request: GapRequest) -> None:
-        self._look(request, tr("Searching for missing effects"), tr("search"))
+        self._start_search(request, tr("Searching for missing effects"), tr("search"))
 
     def refuse(self, effect: str, title: str) -> None:
         """Search again without an effect."""
         if self.result is not None:
-            self._look(
+            self._start_search(
                 self.result.request.refuse(effect),
                 tr("Searching without “{title}”").format(title=title),
                 tr("refuse {title}").format(title=title),
@@ -72,7 +72,7 @@ class GapSearch(QObject):
     def force(self, effect: str, title: str) -> None:
         """Search again with an effect in the model, whatever its evidence."""
         if self.result is not None:
-            self._look(
+            self._start_search(
                 self.result.request.force(effect),
                 tr("Searching with “{title}”").format(title=title),
                 tr("force {title}").format(title=title),
@@ -98,7 +98,7 @@ class GapSearch(QObject):
         self.cancel()
         self._job_runner.close()
 
-    def _look(self, request: GapRequest, title: str, decision: str) -> None:
+    def _start_search(self, request: GapRequest, title: str, decision: str) -> None:
         if self.running:
             return
         self._decision = decision

@@ -38,30 +38,30 @@ _CELL = 44
 
 
 class _StyledDelegate(QStyledItemDelegate):
-    def __init__(self, look: DisplayStyle, parent: QWidget) -> None:
+    def __init__(self, style: DisplayStyle, parent: QWidget) -> None:
         super().__init__(parent)
-        self._look = look
+        self._style = style
 
 
 class _MapCellDelegate(_StyledDelegate):
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        look, cell = self._look, index.data(VALUE_ROLE)[index.column()]
-        fill, text = level_brushes(look, cell.level)
+        style, cell = self._style, index.data(VALUE_ROLE)[index.column()]
+        fill, text = level_brushes(style, cell.level)
         box = option.rect.adjusted(1, 1, -1, -1)
         painter.save()
         painter.fillRect(box, fill)
-        painter.setFont(look.font("body", strong=cell.level > 0))
+        painter.setFont(style.font("body", strong=cell.level > 0))
         painter.setPen(text)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, index.data())
         if cell.proven:
             # A corner, so that it is not told by color alone.
-            side = look.px(7)
+            side = style.px(7)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(text)
             corner = box.topRight()
             painter.drawPolygon([corner, corner - QPoint(side, 0), corner + QPoint(0, side)])
         if option.state & QStyle.StateFlag.State_Selected:
-            paint_focus_frame(painter, box, look)
+            paint_focus_frame(painter, box, style)
         painter.restore()
 
 
@@ -70,12 +70,12 @@ class DisagreementMapView(FittedTableView):
 
     cell_selected = Signal(str, str)
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__(
-            look, tr("Disagreement map: maneuvers by coefficients"), (), stretch=None,
+            style, tr("Disagreement map: maneuvers by coefficients"), (), stretch=None,
             least=4, most=16, wrap=False, row_height=_ROW,
         )  # fmt: skip
-        self.setItemDelegate(_MapCellDelegate(look, self))
+        self.setItemDelegate(_MapCellDelegate(style, self))
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.setCornerButtonEnabled(False)
         header = self.horizontalHeader()
@@ -89,9 +89,9 @@ class DisagreementMapView(FittedTableView):
 
     def _fit_columns(self) -> None:
         """Give the cells the width that their numbers need, and the rest to the maneuvers."""
-        cells = self.row_model.columnCount() * self._look.px(_CELL)
+        cells = self.row_model.columnCount() * self._style.px(_CELL)
         wanted = self.verticalHeader().sizeHint().width()
-        room = max(self.width() - cells - self._look.px(12), self._look.px(_CELL))
+        room = max(self.width() - cells - self._style.px(12), self._style.px(_CELL))
         self.verticalHeader().setFixedWidth(min(wanted, room))
 
     def show_map(
@@ -127,9 +127,9 @@ class DisagreementMapView(FittedTableView):
 class DisagreementMapLegend(QWidget):
     """The colors of the map and what they say."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         bounds = [f"{bound:g}" for bound in DISPLAY.map_levels]
         self._words = (tr("noise"), *(tr("from {bound}").format(bound=bound) for bound in bounds))
         self.setAccessibleName(
@@ -138,46 +138,48 @@ class DisagreementMapLegend(QWidget):
                 "marks significant cells"
             ).format(bounds=", ".join(bounds))
         )
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        self.setMinimumHeight(self._look.px(24))
-        self.setMinimumWidth(self._look.px(300))
+        self.setMinimumHeight(self._style.px(24))
+        self.setMinimumWidth(self._style.px(300))
         self.update()
 
     def paintEvent(self, _event: object) -> None:
-        look = self._look
+        style = self._style
         painter = QPainter(self)
-        painter.setFont(look.font("label"))
+        painter.setFont(style.font("label"))
         wide = self.width() / len(self._words)
         for place, words in enumerate(self._words):
-            fill, text = level_brushes(look, place)
-            box = QRectF(place * wide, look.px(2), wide - 1, look.px(20))
+            fill, text = level_brushes(style, place)
+            box = QRectF(place * wide, style.px(2), wide - 1, style.px(20))
             painter.fillRect(box, fill)
             painter.setPen(text)
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
-        painter.setPen(look.color("line"))
+        painter.setPen(style.color("line"))
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(QRectF(0, look.px(2), self.width() - 1, look.px(20)))
+        painter.drawRect(QRectF(0, style.px(2), self.width() - 1, style.px(20)))
         painter.end()
 
 
 class _EvidenceBarDelegate(_StyledDelegate):
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        look, evidence = self._look, index.data(VALUE_ROLE)
+        style, evidence = self._style, index.data(VALUE_ROLE)
         painter.save()
         if option.state & QStyle.StateFlag.State_Selected:
-            painter.fillRect(option.rect, look.color("chosen"))
-        number = look.px(56)
-        box = option.rect.adjusted(look.px(6), 0, -look.px(2), 0)
-        track = QRectF(box.left(), box.center().y() - look.px(4), box.width() - number, look.px(9))
-        painter.fillRect(track, look.color("pressed"))
+            painter.fillRect(option.rect, style.color("chosen"))
+        number = style.px(56)
+        box = option.rect.adjusted(style.px(6), 0, -style.px(2), 0)
+        track = QRectF(
+            box.left(), box.center().y() - style.px(4), box.width() - number, style.px(9)
+        )
+        painter.fillRect(track, style.color("pressed"))
         share = min(max(evidence, 0.0), 1.0)
         bar = QRectF(track.left(), track.top(), track.width() * share, track.height())
-        painter.fillRect(bar, look.color("text"))
+        painter.fillRect(bar, style.color("text"))
         painter.setFont(index.data(Qt.ItemDataRole.FontRole))
-        painter.setPen(look.color("text"))
+        painter.setPen(style.color("text"))
         words = QRectF(track.right(), option.rect.top(), number, option.rect.height())
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(words, right, percent_text(evidence))
@@ -187,9 +189,9 @@ class _EvidenceBarDelegate(_StyledDelegate):
 class RankingView(FittedTableView):
     """The competition: title, bar of evidence, gain, gain on maneuvers left out, size."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__(
-            look,
+            style,
             tr("Candidates, best first"),
             (tr("Effect"), tr("Evidence"), tr("Gain"), tr("Held out"), tr("Size")),
             stretch=0,
@@ -205,16 +207,16 @@ class RankingView(FittedTableView):
                 4: tr("Size / standard deviation"),
             },
         )
-        self.setItemDelegateForColumn(1, _EvidenceBarDelegate(look, self))
+        self.setItemDelegateForColumn(1, _EvidenceBarDelegate(style, self))
         self.horizontalHeader().setMinimumSectionSize(8)
 
     def _fit_columns(self) -> None:
         """Give the titles the width where the table is narrow."""
-        look = self._look
-        room = self.viewport().width() / look.sizes.scale
-        self.setColumnWidth(1, look.px(150 if room >= 720 else 116))
+        style = self._style
+        room = self.viewport().width() / style.sizes.scale
+        self.setColumnWidth(1, style.px(150 if room >= 720 else 116))
         for column in (2, 3, 4):
-            self.setColumnWidth(column, look.px(74 if column < 4 else 60))
+            self.setColumnWidth(column, style.px(74 if column < 4 else 60))
             self.setColumnHidden(column, room < (480 if column != 4 else 340))
 
     def show_rows(self, rows: Sequence[TableRow]) -> None:
@@ -232,31 +234,31 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 class _PaintedWidget(QWidget):
     """A drawing without keys; its words are heard."""
 
-    def __init__(self, look: DisplayStyle, name: str) -> None:
+    def __init__(self, style: DisplayStyle, name: str) -> None:
         super().__init__()
-        self.look = look
+        self._style = style
         self.setAccessibleName(name)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
         self.updateGeometry()
         self.update()
 
     def _floor_line(self, painter: QPainter, x: float, top: float, bottom: float) -> None:
-        pen = QPen(self.look.color("text"))
-        pen.setWidthF(1.5 * self.look.sizes.scale)
+        pen = QPen(self._style.color("text"))
+        pen.setWidthF(1.5 * self._style.sizes.scale)
         pen.setStyle(Qt.PenStyle.DotLine)
         painter.setPen(pen)
         painter.drawLine(QPointF(x, top), QPointF(x, bottom))
 
     def _paint_floor_name(self, painter: QPainter, x: float, top: float) -> None:
-        painter.setFont(self.look.font("label"))
-        painter.setPen(self.look.color("muted"))
+        painter.setFont(self._style.font("label"))
+        painter.setPen(self._style.color("muted"))
         words = tr("1 = noise floor")
         across = QFontMetricsF(painter.font()).horizontalAdvance(words)
         left = min(max(x - across / 2, 0), self.width() - across)
-        painter.drawText(QRectF(left, top, across + 2, self.look.px(20)), _LEFT, words)
+        painter.drawText(QRectF(left, top, across + 2, self._style.px(20)), _LEFT, words)
 
     def _describe(self, words: str) -> None:
         self.setAccessibleDescription(words)
@@ -271,8 +273,8 @@ def _largest_finite(values: Sequence[float]) -> float:
 class ChannelGapBars(_PaintedWidget):
     """The gap of each channel before (gray) and after (colored), and the noise floor as a line."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, tr("Gap per channel"))
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, tr("Gap per channel"))
         self._pairs: tuple[ChannelGapPair, ...] = ()
 
     def show_pairs(self, pairs: Sequence[ChannelGapPair]) -> None:
@@ -288,23 +290,23 @@ class ChannelGapBars(_PaintedWidget):
         self._describe(words)
 
     def sizeHint(self) -> QSize:
-        look = self.look
-        return QSize(look.px(280), look.px(34 * max(len(self._pairs), 1) + 22))
+        style = self._style
+        return QSize(style.px(280), style.px(34 * max(len(self._pairs), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self.look
+        style = self._style
         painter = QPainter(self)
-        painter.setFont(look.font("body"))
-        names, number = look.px(44), look.px(46)
-        room = max(self.width() - names - number - look.px(8), 1)
+        painter.setFont(style.font("body"))
+        names, number = style.px(44), style.px(46)
+        room = max(self.width() - names - number - style.px(8), 1)
         largest = max(
             1.2, _largest_finite([v for one in self._pairs for v in (one.before, one.after)])
         )
-        step, thick = look.px(34), look.px(12)
+        step, thick = style.px(34), style.px(12)
         for row, one in enumerate(self._pairs):
-            top = row * step + look.px(2)
-            painter.setFont(look.font("body"))
-            painter.setPen(look.color("text"))
+            top = row * step + style.px(2)
+            painter.setFont(style.font("body"))
+            painter.setPen(style.color("text"))
             painter.drawText(
                 QRectF(0, top, names, 2 * thick + 2), _LEFT, channel_symbol(one.channel)
             )
@@ -312,11 +314,11 @@ class ChannelGapBars(_PaintedWidget):
             for place, (value, color) in enumerate(values):
                 y = top + place * (thick + 2)
                 wide = room * min(value, largest) / largest if math.isfinite(value) else 0.0
-                painter.fillRect(QRectF(names, y, wide, thick), curve_color(look, color))
-                painter.setFont(look.font("label", strong=place == 1))
-                painter.setPen(look.color("text" if place else "muted"))
+                painter.fillRect(QRectF(names, y, wide, thick), curve_color(style, color))
+                painter.setFont(style.font("label", strong=place == 1))
+                painter.setPen(style.color("text" if place else "muted"))
                 # Right of the floor's line, not across it.
-                left = names + max(wide, room / largest) + look.px(4)
+                left = names + max(wide, room / largest) + style.px(4)
                 box = QRectF(left, y - 2, number, thick + 4)
                 painter.drawText(box, _LEFT, noise_ratio_text(value))
         bottom = len(self._pairs) * step
@@ -329,8 +331,8 @@ class ChannelGapBars(_PaintedWidget):
 class MisfitWaterfall(_PaintedWidget):
     """How the misfit of all channels fell, effect by effect, towards the noise floor."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, tr("Residual by step"))
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, tr("Residual by step"))
         self._steps: tuple[WaterfallStep, ...] = ()
         self._titles: tuple[str, ...] = ()
         self._current = 0
@@ -348,46 +350,46 @@ class MisfitWaterfall(_PaintedWidget):
         self._describe(words)
 
     def sizeHint(self) -> QSize:
-        look = self.look
-        return QSize(look.px(280), look.px(40 * max(len(self._steps), 1) + 22))
+        style = self._style
+        return QSize(style.px(280), style.px(40 * max(len(self._steps), 1) + 22))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self.look
+        style = self._style
         painter = QPainter(self)
-        number = look.px(72)
-        room = max(self.width() - number - look.px(8), 1)
+        number = style.px(72)
+        room = max(self.width() - number - style.px(8), 1)
         values = [v for one in self._steps for v in (one.before, one.after)]
         largest = max(1.2, _largest_finite(values))
-        step, thick = look.px(40), look.px(14)
-        metrics = QFontMetricsF(look.font("body"))
+        step, thick = style.px(40), style.px(14)
+        metrics = QFontMetricsF(style.font("body"))
         for row, one in enumerate(self._steps):
             top = row * step
             current = row == self._current
             if current:
-                painter.fillRect(QRectF(0, top, self.width(), step - 2), look.color("chosen"))
-            painter.setFont(look.font("body", strong=current))
-            painter.setPen(look.color("text"))
+                painter.fillRect(QRectF(0, top, self.width(), step - 2), style.color("chosen"))
+            painter.setFont(style.font("body", strong=current))
+            painter.setPen(style.color("text"))
             words = metrics.elidedText(
-                self._titles[row], Qt.TextElideMode.ElideRight, self.width() - look.px(8)
+                self._titles[row], Qt.TextElideMode.ElideRight, self.width() - style.px(8)
             )
-            painter.drawText(QRectF(look.px(4), top, self.width(), look.px(20)), _LEFT, words)
+            painter.drawText(QRectF(style.px(4), top, self.width(), style.px(20)), _LEFT, words)
             low, high = sorted((one.before, one.after))
             if not (math.isfinite(low) and math.isfinite(high)):
                 continue
-            y = top + look.px(20)
+            y = top + style.px(20)
             rest = QRectF(0, y, room * low / largest, thick)
-            painter.fillRect(rest, curve_color(look, "previous"))
+            painter.fillRect(rest, curve_color(style, "previous"))
             if high > low:
                 fall = QRectF(room * low / largest, y, room * (high - low) / largest, thick)
                 pattern = Qt.BrushStyle.BDiagPattern
                 if one.after > one.before:
                     pattern = Qt.BrushStyle.DiagCrossPattern
-                painter.setPen(QPen(look.color("text"), 1.5))
-                painter.setBrush(QBrush(look.color("text"), pattern))
+                painter.setPen(QPen(style.color("text"), 1.5))
+                painter.setBrush(QBrush(style.color("text"), pattern))
                 painter.drawRect(fall)
-            painter.setPen(look.color("text"))
-            painter.setFont(look.font("label", strong=True))
-            left = room * max(high, 1.0) / largest + look.px(4)
+            painter.setPen(style.color("text"))
+            painter.setFont(style.font("label", strong=True))
+            left = room * max(high, 1.0) / largest + style.px(4)
             told = noise_ratio_text(one.after)
             if row:
                 told = f"{noise_ratio_text(one.before)}{ARROW}{told}"
@@ -396,8 +398,8 @@ class MisfitWaterfall(_PaintedWidget):
         x = room / largest
         for row in range(len(self._steps)):
             # Beside the bars only, not through the words.
-            top = row * step + look.px(20)
-            self._floor_line(painter, x, top, top + thick + look.px(2))
+            top = row * step + style.px(20)
+            self._floor_line(painter, x, top, top + thick + style.px(2))
         self._paint_floor_name(painter, x, bottom)
         painter.end()
 
@@ -405,9 +407,9 @@ class MisfitWaterfall(_PaintedWidget):
 class StepSlider(ArrowKeyNavigation, QSlider):
     """A slider through the models, from the baseline to the last one, with their names."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        self._look = look
+        self._style = style
         self._names: tuple[str, ...] = (tr("Baseline"),)
         self.setAccessibleName(tr("Model from the baseline to the last effect"))
         back, on = shortcut_text("Alt+Left"), shortcut_text("Alt+Right")
@@ -420,7 +422,7 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.valueChanged.connect(self._update_description)
-        look.changed.connect(self.updateGeometry)
+        style.changed.connect(self.updateGeometry)
 
     def show_steps(self, names: Sequence[str], step: int) -> None:
         self.blockSignals(True)
@@ -440,10 +442,10 @@ class StepSlider(ArrowKeyNavigation, QSlider):
         )
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(240), self._look.px(44))
+        return QSize(self._style.px(240), self._style.px(44))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(160), self._look.px(44))
+        return QSize(self._style.px(160), self._style.px(44))
 
     def _columns(self) -> float:
         return self.width() / len(self._names)
@@ -463,28 +465,28 @@ class StepSlider(ArrowKeyNavigation, QSlider):
             self.setValue(self._at(event.position().x()))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self._look
+        style = self._style
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        wide, y = self._columns(), look.px(12)
-        radius = look.px(6)
-        centers = [place * wide + look.px(10) for place in range(len(self._names))]
-        painter.setPen(QPen(look.color("axis"), look.px(2)))
+        wide, y = self._columns(), style.px(12)
+        radius = style.px(6)
+        centers = [place * wide + style.px(10) for place in range(len(self._names))]
+        painter.setPen(QPen(style.color("axis"), style.px(2)))
         painter.drawLine(QPointF(centers[0], y), QPointF(centers[-1], y))
-        painter.setPen(QPen(look.color("text"), look.px(3)))
+        painter.setPen(QPen(style.color("text"), style.px(3)))
         painter.drawLine(QPointF(centers[0], y), QPointF(centers[self.value()], y))
         for place, (x, name) in enumerate(zip(centers, self._names, strict=True)):
             reached, here = place <= self.value(), place == self.value()
-            painter.setPen(QPen(look.color("text" if reached else "axis"), look.px(2)))
-            painter.setBrush(look.color("text" if reached else "background"))
-            size = radius + (look.px(2) if here else 0)
+            painter.setPen(QPen(style.color("text" if reached else "axis"), style.px(2)))
+            painter.setBrush(style.color("text" if reached else "background"))
+            size = radius + (style.px(2) if here else 0)
             painter.drawEllipse(QPointF(x, y), size, size)
-            font = look.font("label", strong=here)
+            font = style.font("label", strong=here)
             painter.setFont(font)
-            painter.setPen(look.color("text" if here else "muted"))
-            box = QRectF(place * wide, look.px(24), wide - look.px(8), look.px(18))
+            painter.setPen(style.color("text" if here else "muted"))
+            box = QRectF(place * wide, style.px(24), wide - style.px(8), style.px(18))
             words = QFontMetricsF(font).elidedText(name, Qt.TextElideMode.ElideRight, box.width())
             painter.drawText(box, _LEFT, words)
         if self.hasFocus():
-            paint_focus_frame(painter, self.rect(), look)
+            paint_focus_frame(painter, self.rect(), style)
         painter.end()

@@ -168,9 +168,9 @@ class GapJobHandler:
     def do(self, job: GapJob) -> SearchResult | Path:
         if isinstance(job, GapReportJob):
             return self._write(job)
-        return self._look(job)
+        return self._search_flights(job)
 
-    def _look(self, request: GapRequest) -> SearchResult:
+    def _search_flights(self, request: GapRequest) -> SearchResult:
         if self._search is None or self._request != request.undecided:
             self._search = None
             self._search = self._read(request)

@@ -47,8 +47,8 @@ class SearchSetupPage(CenteredPage):
     back_requested = Signal()
     command_requested = Signal(str)
 
-    def __init__(self, look: DisplayStyle, store: SettingsStore) -> None:
-        super().__init__(look, 720)
+    def __init__(self, style: DisplayStyle, store: SettingsStore) -> None:
+        super().__init__(style, 720)
         self._store = store
         self._open: Path | None = None
         self._busy = False
@@ -66,11 +66,11 @@ class SearchSetupPage(CenteredPage):
             )
         )
         self.column.addWidget(self._create_stage_overview())
-        self.column.addSpacing(look.px(8))
+        self.column.addSpacing(style.px(8))
         self.column.addWidget(create_label(tr("Flights"), "heading"))
         self.paths: tuple[Path, ...] = ()
         self.flights = BoxedListView(
-            look, tr("Flights to search"), elide=Qt.TextElideMode.ElideMiddle
+            style, tr("Flights to search"), elide=Qt.TextElideMode.ElideMiddle
         )
         self.column.addWidget(self.flights)
         self.message = FieldMessage()
@@ -80,14 +80,14 @@ class SearchSetupPage(CenteredPage):
         self.add_folder = self._button(tr("Add a folder…"), self._add_folder)
         self.remove = self._button(tr("Remove"), self._remove)
         self.column.addWidget(
-            create_button_row(look, self.add_open, self.add_file, self.add_folder, self.remove)
+            create_button_row(style, self.add_open, self.add_file, self.add_folder, self.remove)
         )
-        self.column.addSpacing(look.px(8))
+        self.column.addSpacing(style.px(8))
         form = QWidget()
         grid = QGridLayout(form)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(look.px(16))
-        grid.setVerticalSpacing(look.px(8))
+        grid.setHorizontalSpacing(style.px(16))
+        grid.setVerticalSpacing(style.px(8))
         grid.setColumnStretch(1, 1)
         self.aircraft = ShippedFileField(
             tr("Aircraft"), shipped_aircraft(), settings.gap_aircraft, none=tr("From each flight")
@@ -100,15 +100,15 @@ class SearchSetupPage(CenteredPage):
             grid.addWidget(create_label(tr(GapRequest.title_of(name)), "strong"), row, 0)
             grid.addWidget(field, row, 1)
         self.column.addWidget(form)
-        self.column.addSpacing(look.px(8))
+        self.column.addSpacing(style.px(8))
         self.search = self._button(tr("Search"), self.request_search)
         self.search.setProperty("role", "primary")
-        self.search.setMinimumHeight(look.px(44))
+        self.search.setMinimumHeight(style.px(44))
         self.back = self._button(tr("Back to the result"), self.back_requested.emit)
-        self.back.setMinimumHeight(look.px(44))
+        self.back.setMinimumHeight(style.px(44))
         self.back.hide()
-        self.column.addWidget(create_button_row(look, self.search, self.back))
-        self.column.addSpacing(look.px(8))
+        self.column.addWidget(create_button_row(style, self.search, self.back))
+        self.column.addSpacing(style.px(8))
         self.other = create_label(tr("No flight available?"), "heading")
         self.column.addWidget(self.other)
         self.open = self._button(
@@ -126,14 +126,14 @@ class SearchSetupPage(CenteredPage):
                 "searches it with a model without that effect"
             )
         )
-        self.column.addWidget(create_button_row(look, self.open, self.virtual, self.trial))
+        self.column.addWidget(create_button_row(style, self.open, self.virtual, self.trial))
         for path in settings.gap_flights:
             if path_kind(path) != "missing":
                 self._append(Path(path))
         self._read_models()
         self.flights.row_changed.connect(self._update_state)
         self.flights.deleted.connect(self._remove)
-        look.changed.connect(self._rescale)
+        style.changed.connect(self._rescale)
         self._update_state()
 
     def _button(self, words: str, act: Callable[[], object]) -> QPushButton:
@@ -274,8 +274,8 @@ class SearchSetupPage(CenteredPage):
             )
 
     def _rescale(self) -> None:
-        self.search.setMinimumHeight(self._look.px(44))
-        self.back.setMinimumHeight(self._look.px(44))
+        self.search.setMinimumHeight(self._style.px(44))
+        self.back.setMinimumHeight(self._style.px(44))
         self._update_state()
 
     # The question
@@ -306,5 +306,5 @@ class SearchSetupPage(CenteredPage):
         self._update_state()
         self.request_search()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         (self.search if self.search.isEnabled() else self.trial).setFocus()

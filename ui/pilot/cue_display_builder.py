@@ -12,7 +12,7 @@ from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
 from gsapp.excitation.test_points.point import TargetInput, ToleranceBand
 from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
-from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel, convert_text_units
+from gsapp.quantities import SURFACE_NAMES, ChannelSpec, channel, convert_text_units, typeset
 from ui.display_limits import DISPLAY
 from ui.number_format import (
     DASH,
@@ -332,7 +332,9 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
         time = tr("{clock} left").format(clock=clock_text(max(outlook.time_left, 0.0)))
     if outlook is not None and outlook.maneuvers_left is not None:
         room = count_text(outlook.maneuvers_left, "maneuver")
-    prospects = {one.card: one.text for one in outlook.forecasts} if outlook is not None else {}
+    prospects = (
+        {one.card: typeset(one.text) for one in outlook.forecasts} if outlook is not None else {}
+    )
     times = CardDisplay(time_left_text=time, maneuvers_left_text=room)
     if browsed is not None:
         return replace(

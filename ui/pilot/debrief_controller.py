@@ -34,7 +34,7 @@ class DebriefController(QObject):
     def __init__(
         self,
         place: QWidget,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         error_reporter: ErrorReporter,
         controller: FlightController,
@@ -42,7 +42,7 @@ class DebriefController(QObject):
         commands: Sequence[QAction],
     ) -> None:
         super().__init__(place)
-        self._look = look
+        self._style = style
         self._store = store
         self._error_reporter = error_reporter
         self._controller = controller
@@ -55,7 +55,7 @@ class DebriefController(QObject):
         if self.page is None:
             from ui.pilot.debrief_page import DebriefPage
 
-            self.page = DebriefPage(self._look, self._commands)
+            self.page = DebriefPage(self._style, self._commands)
         return self.page
 
     def refresh(self, events: int | None = None) -> None:

@@ -181,24 +181,24 @@ _MIN_CHART_HEIGHT: Final = 150
 class ManeuverCharts(QWidget):
     """The charts of one maneuver."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self.surfaces = [
             AnalysisPlot(
-                look, tr("Surface {place}").format(place=place + 1), high=_MIN_CHART_HEIGHT
+                style, tr("Surface {place}").format(place=place + 1), high=_MIN_CHART_HEIGHT
             )
             for place in range(_MAX_SURFACES)
         ]
-        self.response = AnalysisPlot(look, tr("Response"), high=_MIN_CHART_HEIGHT)
+        self.response = AnalysisPlot(style, tr("Response"), high=_MIN_CHART_HEIGHT)
         for place, chart in enumerate(self.surfaces):
             self._grid.addWidget(chart, 0, place)
         self._grid.addWidget(self.response, 1, 0, 1, _MAX_SURFACES)
 
     def show_maneuver(self, judged: EvaluatedManeuver) -> None:
-        self._grid.setSpacing(self._look.px(8))
+        self._grid.setSpacing(self._style.px(8))
         shown = [name for name in judged.verdict.surfaces if name in judged.curves.series]
         for chart, name in zip(self.surfaces, (*shown, "", ""), strict=False):
             chart.setVisible(bool(name))
@@ -259,19 +259,19 @@ class ManeuverCharts(QWidget):
         )
 
     def _unit(self, name: str) -> str:
-        return unit_text(channel(name).display_unit(self._look.units))
+        return unit_text(channel(name).display_unit(self._style.units))
 
     def _to_display(self, name: str, values: FloatArray) -> FloatArray:
         spec = channel(name)
-        return from_si(values, spec.display_unit(self._look.units), spec.quantity)
+        return from_si(values, spec.display_unit(self._style.units), spec.quantity)
 
 
 class TextTable(QWidget):
     """A heading, heads of columns, rows; or a sentence where there are none."""
 
-    def __init__(self, look: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
+    def __init__(self, style: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._heads = tuple(map(tr, heads))
         self._rows: tuple[tuple[str, ...], ...] | None = None
         self._stretch = stretch
@@ -287,7 +287,7 @@ class TextTable(QWidget):
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
-        units = self._look.units
+        units = self._style.units
         made = tuple(tuple(convert_text_units(cell, units) for cell in row) for row in rows)
         self.empty_label.setText(none)
         self.empty_label.setVisible(not made)
@@ -298,8 +298,8 @@ class TextTable(QWidget):
         holder = QWidget(self)
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(self._look.px(16))
-        grid.setVerticalSpacing(self._look.px(6))
+        grid.setHorizontalSpacing(self._style.px(16))
+        grid.setVerticalSpacing(self._style.px(6))
         grid.setColumnStretch(self._stretch, 1)
         for place, head in enumerate(self._heads):
             grid.addWidget(create_label(head, "label", wrap=place == self._stretch), 0, place)
@@ -327,12 +327,12 @@ class DebriefPage(QWidget):
 
     changed = Signal()
 
-    def __init__(self, look: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
+    def __init__(self, style: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(tr("Debrief"))
-        self._look = look
+        self._style = style
         self.debrief: Debrief | None = None
         self._shown: tuple[object, ...] = ()
         self._reading = False
@@ -342,7 +342,7 @@ class DebriefPage(QWidget):
         self._row = QHBoxLayout()
         outer.addLayout(self._row, 1)
         self._outer = outer
-        self.list = StatusListView(look, tr("Maneuvers"), commands)
+        self.list = StatusListView(style, tr("Maneuvers"), commands)
         self.list.current_item_changed.connect(lambda _key: self._show_maneuver())
         self.list.item_activated.connect(lambda _key: self.focus_maneuver())
         self._row.addWidget(self.list, 2)
@@ -357,19 +357,19 @@ class DebriefPage(QWidget):
         body.setObjectName("page")
         self._column = QVBoxLayout(body)
         self.title = create_label("", "title", wrap=True)
-        self.reasons = create_label("", wrap=True, remarks_in=look)
-        self.charts = ManeuverCharts(look)
-        self.cards = TextTable(look, tr("Score by card"), CARD_COLUMN_TITLES, 1)
-        self.trends = TextTable(look, tr("From flight to flight"), TREND_COLUMN_TITLES, 3)
+        self.reasons = create_label("", wrap=True, remarks_in=style)
+        self.charts = ManeuverCharts(style)
+        self.cards = TextTable(style, tr("Score by card"), CARD_COLUMN_TITLES, 1)
+        self.trends = TextTable(style, tr("From flight to flight"), TREND_COLUMN_TITLES, 3)
         for part in (self.title, self.reasons, self.charts, self.cards, self.trends):
             self._column.addWidget(part)
         self._column.addStretch(1)
         self.scroll_area.setWidget(body)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._outer.setContentsMargins(px(16), px(12), px(8), px(4))
         self._outer.setSpacing(px(8))
         self._row.setSpacing(px(12))
@@ -386,13 +386,13 @@ class DebriefPage(QWidget):
         maneuvers = () if debrief is None else debrief.maneuvers
         state = (
             debrief is None, tuple(id(one) for one in maneuvers),
-            () if debrief is None else debrief.cards, self._look.units,
+            () if debrief is None else debrief.cards, self._style.units,
         )  # fmt: skip
         if state == self._shown:
             return
         self._shown = state
         self.headline.setText(debrief_headline(debrief))
-        self.list.set_items([build_maneuver_item(one, self._look.units) for one in maneuvers])
+        self.list.set_items([build_maneuver_item(one, self._style.units) for one in maneuvers])
         self.cards.show_rows(build_card_rows(debrief), tr("This flight has no test cards."))
         self._show_maneuver()
         self.changed.emit()
@@ -418,17 +418,17 @@ class DebriefPage(QWidget):
         if judged is None:
             self.title.setText(tr("Inputs are listed here as they are flown"))
             return
-        line = build_maneuver_item(judged, self._look.units)
+        line = build_maneuver_item(judged, self._style.units)
         self.title.setText(f"{line.text}: {line.state_text}")
         self.reasons.setText(
-            "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._look.units))
+            "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._style.units))
         )
         self.charts.show_maneuver(judged)
         self.changed.emit()
 
     # Keys
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         self._reading = False
         self._fit()
         self.list.setFocus()
@@ -444,21 +444,21 @@ class DebriefPage(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        wide = self.width() >= self._look.px(_SIDE_BY_SIDE_WIDTH)
+        wide = self.width() >= self._style.px(_SIDE_BY_SIDE_WIDTH)
         self.list.setVisible(wide or not self._reading)
         self.scroll_area.setVisible(wide or self._reading)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         bar = self.scroll_area.verticalScrollBar()
         steps: dict[Qt.Key, Callable[[], int]] = {
-            Qt.Key.Key_Down: lambda: self._look.px(_SCROLL_STEP),
-            Qt.Key.Key_Up: lambda: -self._look.px(_SCROLL_STEP),
+            Qt.Key.Key_Down: lambda: self._style.px(_SCROLL_STEP),
+            Qt.Key.Key_Up: lambda: -self._style.px(_SCROLL_STEP),
             Qt.Key.Key_PageDown: bar.pageStep,
             Qt.Key.Key_PageUp: lambda: -bar.pageStep(),
         }
         key = Qt.Key(event.key())
         if key == Qt.Key.Key_Escape:
-            self.begin()
+            self.set_initial_focus()
         elif key in steps:
             bar.setValue(bar.value() + steps[key]())
         else:

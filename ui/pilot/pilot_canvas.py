@@ -38,45 +38,45 @@ _TITLE_SHARE: Final = 0.22
 
 
 def paint_gauge(
-    painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF, places: PageRegions
+    painter: QPainter, style: DisplayStyle, gauge: Gauge, box: QRectF, places: PageRegions
 ) -> None:
     """Draw a gauge into a box."""
     high = box.height()
     left = QRectF(box.left(), box.top(), _NUMBER_SHARE * box.width(), high)
     title, number = places.split_title(left, _TITLE_SHARE)
-    largest = round(_MAX_TITLE_FONT_SIZE * look.sizes.scale)
-    _paint_text(painter, look, gauge.title, title, "muted", largest=largest, share=0.9)
-    _paint_number(painter, look, gauge, number)
+    largest = round(_MAX_TITLE_FONT_SIZE * style.sizes.scale)
+    _paint_text(painter, style, gauge.title, title, "muted", largest=largest, share=0.9)
+    _paint_number(painter, style, gauge, number)
     if gauge.low is None or gauge.high is None:
         return
     right = box.adjusted(left.width() + 0.02 * box.width(), 0, 0, 0)
     words = right.adjusted(0, 0, 0, -0.68 * high)
     target = f"{gauge.target_text} {gauge.unit}"
-    _paint_text(painter, look, target, words, "target", share=0.9, bold=True)
+    _paint_text(painter, style, target, words, "target", share=0.9, bold=True)
     track = right.adjusted(0, 0.46 * high, 0, -0.1 * high)
-    _paint_track(painter, look, gauge, track)
+    _paint_track(painter, style, gauge, track)
 
 
-def _paint_number(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
+def _paint_number(painter: QPainter, style: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
     """Draw number and unit; the number's room is as wide as three figures, so nothing jitters."""
     high = box.height()
     room = QRectF(box.left(), box.top() - 0.15 * high, 0.72 * box.width(), 1.3 * high)
     widest = max(gauge.number, "000", key=len)
-    painter.setPen(look.color("text"))
+    painter.setPen(style.color("text"))
     painter.setFont(fit_font(widest, room, round(0.95 * high), _MIN_FONT_SIZE, bold=True))
     painter.drawText(room, _ALIGN.AlignVCenter | _ALIGN.AlignLeft, gauge.number)
     taken = painter.fontMetrics().horizontalAdvance(widest)
     unit = box.adjusted(taken + 0.03 * box.width(), 0.36 * high, 0, 0)
-    _paint_text(painter, look, gauge.unit, unit, "muted", largest=round(0.42 * high), share=0.9)
+    _paint_text(painter, style, gauge.unit, unit, "muted", largest=round(0.42 * high), share=0.9)
 
 
-def _paint_track(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
+def _paint_track(painter: QPainter, style: DisplayStyle, gauge: Gauge, box: QRectF) -> None:
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(look.color("chosen"))
+    painter.setBrush(style.color("chosen"))
     painter.drawRect(box)
     low, high = _bar_position(gauge.low, box), _bar_position(gauge.high, box)
     band = QRectF(low, box.top(), high - low, box.height())
-    cyan = look.color("target")
+    cyan = style.color("target")
     soft = QColor(cyan)
     soft.setAlphaF(0.35)
     painter.setBrush(soft)
@@ -85,11 +85,11 @@ def _paint_track(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRect
     painter.drawLine(band.topLeft(), band.bottomLeft())
     painter.drawLine(band.topRight(), band.bottomRight())
     if gauge.marker is not None:
-        _paint_marker(painter, look, gauge.marker, box)
+        _paint_marker(painter, style, gauge.marker, box)
 
 
-def _paint_marker(painter: QPainter, look: DisplayStyle, at: float, box: QRectF) -> None:
-    ink = look.color("text")
+def _paint_marker(painter: QPainter, style: DisplayStyle, at: float, box: QRectF) -> None:
+    ink = style.color("text")
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(ink)
     side = 0.5 * box.height()
@@ -119,7 +119,7 @@ def _bar_position(share: float | None, box: QRectF) -> float:
 
 def _paint_text(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     words: str,
     box: QRectF,
     role: str,
@@ -133,7 +133,7 @@ def _paint_text(
     """Write as large as a box allows, at most as high as a share of it."""
     if not words:
         return
-    painter.setPen(look.color(role))
+    painter.setPen(style.color(role))
     top = max(min(largest, round(share * box.height())), _MIN_FONT_SIZE)
     painter.setFont(fit_font(words, box, top, _MIN_FONT_SIZE, bold=bold, wrap=wrap))
     flags = _ALIGN.AlignVCenter | (_ALIGN.AlignRight if right else _ALIGN.AlignLeft)
@@ -151,15 +151,15 @@ _BORDER: Final = 2.0
 class PilotCanvas(QWidget):
     """Draws a `CueDisplay`."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.display = CueDisplay(status_text=tr("NO FLIGHT"), sign="unknown", tone="unknown")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setAccessibleName(tr("Pilot page"))
-        look.changed.connect(self.update)
+        style.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
         return QSize(960, 600)
@@ -179,14 +179,14 @@ class PilotCanvas(QWidget):
             self.update()
 
     def compute_regions(self) -> PageRegions:
-        return compute_regions(float(self.width()), float(self.height()), self._look.sizes.scale)
+        return compute_regions(float(self.width()), float(self.height()), self._style.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         places = self.compute_regions()
         asked = QRectF(event.rect())
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.fillRect(event.rect(), self._look.color("panel"))
+        painter.fillRect(event.rect(), self._style.color("panel"))
         for box, paint in (
             (places.state, self._paint_state),
             (places.hints, self._paint_hints),
@@ -202,15 +202,15 @@ class PilotCanvas(QWidget):
     # The state
 
     def _colors(self, tone: DisplayTone) -> tuple[QColor | None, QColor]:
-        look = self._look
+        style = self._style
         if tone in ("good", "caution", "warning"):
-            return look.color(f"{tone}_fill"), look.color("fill_text")
+            return style.color(f"{tone}_fill"), style.color("fill_text")
         if tone == "strong":
-            return look.color("text"), look.color("panel")
-        return None, look.color("muted" if tone == "unknown" else "text")
+            return style.color("text"), style.color("panel")
+        return None, style.color("muted" if tone == "unknown" else "text")
 
     def _paint_state(self, painter: QPainter, places: PageRegions) -> None:
-        sheet, look = self.display, self._look
+        sheet, style = self.display, self._style
         fill, ink = self._colors(sheet.tone)
         painter.save()
         if fill is not None:
@@ -218,7 +218,7 @@ class PilotCanvas(QWidget):
             painter.setBrush(fill)
         else:
             dashes = Qt.PenStyle.DashLine if sheet.tone == "unknown" else Qt.PenStyle.SolidLine
-            painter.setPen(QPen(look.color("axis"), 2 * _BORDER, dashes))
+            painter.setPen(QPen(style.color("axis"), 2 * _BORDER, dashes))
             painter.setBrush(Qt.BrushStyle.NoBrush)
         inset = 0.0 if fill is not None else _BORDER
         painter.drawRoundedRect(
@@ -226,7 +226,7 @@ class PilotCanvas(QWidget):
         )
         painter.restore()
         if sheet.ring is not None:
-            track = mix_colors((fill or look.color("panel")).name(), ink.name(), 0.3)
+            track = mix_colors((fill or style.color("panel")).name(), ink.name(), 0.3)
             paint_ring(painter, sheet.ring, places.sign, ink, track)
         inner = places.sign
         if sheet.ring is not None:
@@ -259,19 +259,19 @@ class PilotCanvas(QWidget):
     def _paint_gauges(self, painter: QPainter, places: PageRegions) -> None:
         gauges = self.display.gauges
         for gauge, box in zip(gauges, places.gauge_boxes(len(gauges)), strict=True):
-            paint_gauge(painter, self._look, gauge, box, places)
+            paint_gauge(painter, self._style, gauge, box, places)
 
     def _paint_foot(self, painter: QPainter, places: PageRegions) -> None:
         if places.footer is not None:
-            scale = self._look.sizes.scale
+            scale = self._style.sizes.scale
             words = footer_text(self.display.footer, places.footer, round(SMALL_FONT_SIZE * scale))
             largest = round(_MAX_SMALL_FONT_SIZE * scale)
             _paint_text(
-                painter, self._look, words, places.footer, "muted", largest=largest, wrap=True
+                painter, self._style, words, places.footer, "muted", largest=largest, wrap=True
             )
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
-        color = self._look.color(
+        color = self._style.color(
             {"plain": "text", "strong": "text", "unknown": "muted"}.get(hint.tone, hint.tone)
         )
         words = box
@@ -299,7 +299,7 @@ class PilotCanvas(QWidget):
             if self.display.leg_time_text == DASH
             else f"{self.display.leg_time_text} s"
         )
-        _paint_text(painter, self._look, words, number, role, bold=True, right=True)
+        _paint_text(painter, self._style, words, number, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: PageRegions) -> None:
         card, box, time = self.display.card, places.card, places.time
@@ -307,22 +307,22 @@ class PilotCanvas(QWidget):
         words, gain = _split_card_box(below)
         if card == CardDisplay():
             return
-        painter.setPen(self._look.color("line"))
+        painter.setPen(self._style.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
         self._title(painter, card.heading, lead)
-        look, role = self._look, "caution" if card.problem else "text"
-        _paint_text(painter, look, card.text, words, "text", bold=True)
-        _paint_text(painter, look, card.benefit_text, gain, role, wrap=True)
+        style, role = self._style, "caution" if card.problem else "text"
+        _paint_text(painter, style, card.text, words, "text", bold=True)
+        _paint_text(painter, style, card.benefit_text, gain, role, wrap=True)
         title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
         if card.time_left_text or card.maneuvers_left_text:
             self._title(painter, tr("FLIGHT"), title, right=True)
-        _paint_text(painter, look, card.time_left_text, upper, "text", bold=True, right=True)
-        _paint_text(painter, look, card.maneuvers_left_text, lower, "text", right=True)
+        _paint_text(painter, style, card.time_left_text, upper, "text", bold=True, right=True)
+        _paint_text(painter, style, card.maneuvers_left_text, lower, "text", right=True)
 
     def _title(self, painter: QPainter, words: str, box: QRectF, *, right: bool = False) -> None:
-        largest = round(_MAX_TITLE_FONT_SIZE * self._look.sizes.scale)
-        _paint_text(painter, self._look, words, box, "muted", largest=largest, right=right)
+        largest = round(_MAX_TITLE_FONT_SIZE * self._style.sizes.scale)
+        _paint_text(painter, self._style, words, box, "muted", largest=largest, right=right)
 
 
 def _split_card_box(box: QRectF) -> tuple[QRectF, QRectF]:

@@ -128,32 +128,32 @@ class PilotPage(WindowPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         error_reporter: ErrorReporter,
         controller: FlightController,
         voice: Voice,
     ) -> None:
-        super().__init__(tr("Pilot"), actions, look, store)
+        super().__init__(tr("Pilot"), actions, style, store)
         self._controller = controller
         self.cues = FlightCues(controller)
         self.state = PilotPageState(self.cues)
         self.speech = FlightSpeech(voice)
         self.training = TrainingFlight(controller)
-        self.own_window = PilotWindowController(self, actions, self._page_handlers, look, store)
+        self.own_window = PilotWindowController(self, actions, self._page_handlers, style, store)
         self.debrief = DebriefController(
-            self, look, store, error_reporter, controller, self.cues,
+            self, style, store, error_reporter, controller, self.cues,
             [actions["pilot_charts"], actions["pilot_keep"]],
         )  # fmt: skip
         self._refreshed_at = 0.0
         self._was_opened = False
-        self._units = look.units
+        self._units = style.units
         self._present: tuple[CommandRequirement, ...] = ()
-        self.canvas = PilotCanvas(look)
+        self.canvas = PilotCanvas(style)
         self.stack.addWidget(self.canvas)
-        self.help = TrainingStatusLine(look)
+        self.help = TrainingStatusLine(style)
         self.column.addWidget(self.help)
-        self.buttons = ActionBar(look)
+        self.buttons = ActionBar(style)
         self.buttons.triggered.connect(lambda name: actions[name].trigger())
         self.column.addWidget(self.buttons)
         self._capture = StickKeyFilter(self.training, self.canvas)
@@ -162,7 +162,7 @@ class PilotPage(WindowPage):
         controller.changed.connect(self._flight_changed)
         controller.frame_requested.connect(lambda _until: self._refresh_limited())
         controller.refreshed.connect(self.refresh)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     # Commands
 
@@ -230,16 +230,16 @@ class PilotPage(WindowPage):
         else:
             self.stack.setCurrentWidget(self.canvas)
         self.refresh()
-        self.begin()
+        self.set_initial_focus()
 
     @property
     def is_debrief_shown(self) -> bool:
         """Return whether the debrief is on screen, or comes up with the place."""
         return self.stack.currentWidget() is not self.canvas
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         if self.is_debrief_shown:
-            self.debrief.get_page().begin()
+            self.debrief.get_page().set_initial_focus()
         else:
             self.canvas.setFocus()
 
@@ -299,11 +299,11 @@ class PilotPage(WindowPage):
     def _keep_keyboard(self) -> None:
         focus = QApplication.focusWidget()
         if self.shown and not (focus is not None and self.isAncestorOf(focus)):
-            self.begin()
+            self.set_initial_focus()
 
     def _restyle(self) -> None:
-        if self._look.units != self._units:
-            self._units = self._look.units
+        if self._style.units != self._units:
+            self._units = self._style.units
             self.cues.set_units(self._units)
         self.refresh()
 
@@ -323,7 +323,7 @@ class PilotPage(WindowPage):
         self.speech.speak_new_cues(cues, self.cues.spoken_cues(), aloud=aloud and current)
         self._actions["pilot_speak"].setChecked(aloud)
         if watched:
-            sheet = self.state.build_display(self._look.units)
+            sheet = self.state.build_display(self._style.units)
             self.canvas.show_display(sheet)
             if second is not None:
                 second.canvas.show_display(sheet)

@@ -24,7 +24,7 @@ class PilotWindow(QWidget):
 
     closed = Signal()
 
-    def __init__(self, look: DisplayStyle, keys: Mapping[str, Callable[[], object]]) -> None:
+    def __init__(self, style: DisplayStyle, keys: Mapping[str, Callable[[], object]]) -> None:
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -32,7 +32,7 @@ class PilotWindow(QWidget):
         self.setAccessibleName(tr("Pilot page, window of its own"))
         full_screen = dict.fromkeys(FULL_SCREEN_KEYS, self.toggle_full_screen)
         self._keys = {**keys, **full_screen, "Esc": self.close}
-        self.canvas = PilotCanvas(look)
+        self.canvas = PilotCanvas(style)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.canvas)
@@ -95,14 +95,14 @@ class PilotWindowController(QObject):
         place: QWidget,
         actions: Mapping[str, QAction],
         acts: Mapping[str, Callable[[], object]],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
     ) -> None:
         super().__init__(place)
         self._place = place
         self._actions = actions
         self._acts = acts
-        self._look = look
+        self._style = style
         self._store = store
         self.window: PilotWindow | None = None
 
@@ -120,7 +120,7 @@ class PilotWindowController(QObject):
             for name, act in acts.items()
             for key in self._actions[name].shortcuts()
         }
-        self.window = PilotWindow(self._look, keys)
+        self.window = PilotWindow(self._style, keys)
         self.window.closed.connect(self._closed)
         self.window.open_on_other_screen(self._place.window())
         self._remember(is_open=True)

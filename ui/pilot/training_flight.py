@@ -306,17 +306,17 @@ _CONTROL_KEY_TEXT = shortcut_text("Ctrl+Up").removesuffix(shortcut_text("Up"))
 class TrainingStatusLine(QLabel):
     """Says it; hidden without training."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setWordWrap(True)
         self.setAccessibleName(tr("Training"))
         self.hide()
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self.setContentsMargins(px(16), px(4), px(16), px(4))
 
     def show_status(self, training: TrainingFlight) -> None:

@@ -190,27 +190,27 @@ class AircraftPoseFigure:
 
 
 def paint_pose(
-    painter: QPainter, box: QRectF, look: DisplayStyle, figure: AircraftPoseFigure
+    painter: QPainter, box: QRectF, style: DisplayStyle, figure: AircraftPoseFigure
 ) -> None:
     """Draw a figure into a box."""
     if figure.kind == "turn":
-        _paint_turn(painter, box, look, figure)
+        _paint_turn(painter, box, style, figure)
     elif figure.kind in ("cover", "blow"):
-        _paint_pitot(painter, box, look, breath=figure.kind == "blow")
+        _paint_pitot(painter, box, style, breath=figure.kind == "blow")
     else:
         outline, turn = _REST_OUTLINES[figure.position]
-        ground = box.adjusted(0, 0, 0, -look.px(14))
-        _paint_outline(painter, ground, look, outline, turn)
-        pen = QPen(look.color("text"), look.px(3))
+        ground = box.adjusted(0, 0, 0, -style.px(14))
+        _paint_outline(painter, ground, style, outline, turn)
+        pen = QPen(style.color("text"), style.px(3))
         painter.setPen(pen)
-        line = box.bottom() - look.px(6)
+        line = box.bottom() - style.px(6)
         painter.drawLine(QPointF(box.left(), line), QPointF(box.right(), line))
 
 
 def _paint_outline(
     painter: QPainter,
     box: QRectF,
-    look: DisplayStyle,
+    style: DisplayStyle,
     outline: AircraftOutline,
     turn: float,
     *,
@@ -231,37 +231,37 @@ def _paint_outline(
     painter.rotate(turn)
     painter.scale(scale, scale)
     painter.translate(-0.5 * outline.size[0], -0.5 * outline.size[1])
-    paint_body(painter, look, outline, "text")
+    paint_body(painter, style, outline, "text")
     painter.restore()
 
 
-def paint_body(painter: QPainter, look: DisplayStyle, outline: AircraftOutline, ink: str) -> None:
+def paint_body(painter: QPainter, style: DisplayStyle, outline: AircraftOutline, ink: str) -> None:
     """Draw what does not move, in the units of the outline."""
-    pen = QPen(look.color(ink), look.px(1.5))
+    pen = QPen(style.color(ink), style.px(1.5))
     pen.setCosmetic(True)
     pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
     painter.setPen(pen)
-    painter.setBrush(body_color(look))
+    painter.setBrush(body_color(style))
     for shape in outline.shapes:
         painter.drawPolygon(to_polygon(shape))
 
 
 def _paint_turn(
-    painter: QPainter, box: QRectF, look: DisplayStyle, figure: AircraftPoseFigure
+    painter: QPainter, box: QRectF, style: DisplayStyle, figure: AircraftPoseFigure
 ) -> None:
     side = min(box.width(), box.height())
-    table = QRectF(0, 0, side, side).adjusted(look.px(8), look.px(8), -look.px(8), -look.px(8))
+    table = QRectF(0, 0, side, side).adjusted(style.px(8), style.px(8), -style.px(8), -style.px(8))
     table.moveCenter(box.center())
-    painter.setPen(QPen(look.color("axis"), look.px(2)))
-    painter.setBrush(look.color("panel"))
+    painter.setPen(QPen(style.color("axis"), style.px(2)))
+    painter.setBrush(style.color("panel"))
     painter.drawEllipse(table)
     sense = 1.0 if figure.angle >= 0.0 else -1.0
     inner = table.adjusted(0.1 * side, 0.1 * side, -0.1 * side, -0.1 * side)
     turned = sense * figure.turned
-    _paint_outline(painter, inner, look, _TURN_OUTLINES[figure.axis], turned, fill=0.8)
+    _paint_outline(painter, inner, style, _TURN_OUTLINES[figure.axis], turned, fill=0.8)
     # The way that is left, with an arrow, in the color of what is wanted.
-    ring = table.adjusted(look.px(6), look.px(6), -look.px(6), -look.px(6))
-    pen = QPen(look.color("target"), look.px(5))
+    ring = table.adjusted(style.px(6), style.px(6), -style.px(6), -style.px(6))
+    pen = QPen(style.color("target"), style.px(5))
     pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     painter.setPen(pen)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -276,29 +276,29 @@ def _paint_turn(
         painter.translate(tip)
         painter.rotate(-math.degrees(end) + 90.0 * sense + 90.0)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(look.color("target"))
-        half = look.px(10)
+        painter.setBrush(style.color("target"))
+        half = style.px(10)
         painter.drawPolygon(to_polygon(((-half, half), (half, half), (0.0, -half))))
         painter.restore()
 
 
-def _paint_pitot(painter: QPainter, box: QRectF, look: DisplayStyle, *, breath: bool) -> None:
-    px = look.px
+def _paint_pitot(painter: QPainter, box: QRectF, style: DisplayStyle, *, breath: bool) -> None:
+    px = style.px
     unit = min(box.width() / 14.0, box.height() / 7.0)
     painter.save()
     painter.translate(box.center())
-    painter.setPen(QPen(look.color("text"), px(1.5)))
-    painter.setBrush(body_color(look))
+    painter.setPen(QPen(style.color("text"), px(1.5)))
+    painter.setBrush(body_color(style))
     nose = QPainterPath(QPointF(1.0 * unit, 0.0))
     nose.cubicTo(1.2 * unit, -2.0 * unit, 3.0 * unit, -2.6 * unit, 6.6 * unit, -2.8 * unit)
     nose.lineTo(6.6 * unit, 2.8 * unit)
     nose.cubicTo(3.0 * unit, 2.6 * unit, 1.2 * unit, 2.0 * unit, 1.0 * unit, 0.0)
     painter.drawPath(nose)
-    painter.setBrush(look.color("text"))
+    painter.setBrush(style.color("text"))
     painter.drawRect(QRectF(-2.6 * unit, -0.18 * unit, 3.6 * unit, 0.36 * unit))
-    painter.setPen(QPen(look.color("target"), px(3)))
+    painter.setPen(QPen(style.color("target"), px(3)))
     if breath:
-        painter.setBrush(look.color("target"))
+        painter.setBrush(style.color("target"))
         for row in (-1.0, 0.0, 1.0):
             start = QPointF(-6.4 * unit, 1.1 * row * unit)
             tip = QPointF((-3.1 - 0.4 * abs(row)) * unit, 0.6 * row * unit)
@@ -324,6 +324,6 @@ def to_polygon(points: OutlinePoints) -> QPolygonF:
     return QPolygonF([QPointF(x, y) for x, y in points])
 
 
-def body_color(look: DisplayStyle) -> QColor:
+def body_color(style: DisplayStyle) -> QColor:
     """Return the fill of what does not move."""
-    return mix_colors(look.theme.plot, look.theme.text, 0.14)
+    return mix_colors(style.theme.plot, style.theme.text, 0.14)

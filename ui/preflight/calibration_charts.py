@@ -37,15 +37,15 @@ _DIRECTION_SYMBOLS: tuple[tuple[Direction, str], ...] = (
 class CalibrationCharts(QWidget):
     """Two charts over volts that share what they are drawn from."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._drawn: object = None
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(look.px(8))
-        self.curve = AnalysisPlot(look, tr("Calibration curve"), high=170)
-        self.residuals = AnalysisPlot(look, tr("Residuals"), high=170)
+        row.setSpacing(style.px(8))
+        self.curve = AnalysisPlot(style, tr("Calibration curve"), high=170)
+        self.residuals = AnalysisPlot(style, tr("Residuals"), high=170)
         row.addWidget(self.curve, 1)
         row.addWidget(self.residuals, 1)
         self._here = pyqtgraph.InfiniteLine(angle=90, movable=False)
@@ -53,12 +53,13 @@ class CalibrationCharts(QWidget):
     def show_view(self, view: WizardView) -> None:
         """Draw the points and the curve of a view, if they are others; move the line of now."""
         state = (
-            view.instrument, view.points, view.calibration, view.check_result, self._look.theme.name
+            view.instrument, view.points, view.calibration, view.check_result,
+            self._style.theme.name,
         )  # fmt: skip
         if state != self._drawn:
             self._drawn = state
             self._draw(view)
-            self._here.setPen(pyqtgraph.mkPen(curve_color(self._look, "cursor"), width=1))
+            self._here.setPen(pyqtgraph.mkPen(curve_color(self._style, "cursor"), width=1))
             self.curve.plot.getPlotItem().addItem(self._here, ignoreBounds=True)
         reading = view.reading
         known = reading is not None and np.isfinite(reading.volts)
@@ -183,14 +184,14 @@ class CalibrationPointList(QWidget):
 
     point_selected = Signal(int)  # place among the points taken
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.rows: tuple[CalibrationPointRow, ...] = ()
         self.choice: int | None = None
         self.setAccessibleName(tr("Points"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
         self.updateGeometry()
@@ -198,10 +199,10 @@ class CalibrationPointList(QWidget):
 
     def sizeHint(self) -> QSize:
         rows = max(len(self.rows), 3)
-        return QSize(self._look.px(320), self._look.px(_HEAD) + rows * self._look.px(_ROW))
+        return QSize(self._style.px(320), self._style.px(_HEAD) + rows * self._style.px(_ROW))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(240), self.sizeHint().height())
+        return QSize(self._style.px(240), self.sizeHint().height())
 
     def show_rows(self, rows: tuple[CalibrationPointRow, ...], choice: int | None) -> None:
         """Show other rows, one of the points taken being chosen."""
@@ -218,13 +219,13 @@ class CalibrationPointList(QWidget):
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
-        place = int((event.position().y() - self._look.px(_HEAD)) // self._look.px(_ROW))
+        place = int((event.position().y() - self._style.px(_HEAD)) // self._style.px(_ROW))
         if 0 <= place < len(self.rows) and self.rows[place].index is not None:
             self.point_selected.emit(self.rows[place].index)
 
     def _columns(self) -> tuple[QRectF, QRectF, QRectF, QRectF]:
         """Return the columns of a row at the top: way and setting, volts, residual, bar."""
-        px, wide = self._look.px, float(self.width())
+        px, wide = self._style.px, float(self.width())
         high = px(_ROW)
         first = min(0.34 * wide, px(150))
         volts = min(0.24 * wide, px(90))
@@ -239,13 +240,13 @@ class CalibrationPointList(QWidget):
         )  # fmt: skip
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self._look
+        style = self._style
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         columns = self._columns()
-        painter.setFont(look.font("label"))
-        painter.setPen(look.color("muted"))
-        head = look.px(_HEAD)
+        painter.setFont(style.font("label"))
+        painter.setPen(style.color("muted"))
+        head = style.px(_HEAD)
         for title, column, right in zip(_TITLES, columns[:3], (False, True, True), strict=True):
             box = QRectF(column.left(), 0, column.width(), head)
             side = _ALIGN.AlignRight if right else _ALIGN.AlignLeft
@@ -253,29 +254,29 @@ class CalibrationPointList(QWidget):
         top = float(head)
         for row in self.rows:
             self._paint_row(painter, row, top, columns)
-            top += look.px(_ROW)
+            top += style.px(_ROW)
         painter.end()
 
     def _paint_row(
         self, painter: QPainter, row: CalibrationPointRow, top: float, columns: tuple[QRectF, ...]
     ) -> None:
-        look, px = self._look, self._look.px
+        style, px = self._style, self._style.px
         whole = QRectF(0, top, self.width(), px(_ROW))
         taken = row.index is not None
         if taken and row.index == self.choice:
-            painter.fillRect(whole, look.color("chosen"))
-            painter.fillRect(QRectF(0, top, px(3), px(_ROW)), look.color("text"))
+            painter.fillRect(whole, style.color("chosen"))
+            painter.fillRect(QRectF(0, top, px(3), px(_ROW)), style.color("text"))
         if row.current:
-            painter.setPen(QPen(look.color("target"), px(2)))
+            painter.setPen(QPen(style.color("target"), px(2)))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(whole.adjusted(1, 1, -1, -1), px(4), px(4))
-        ink = look.color("text" if taken else "target" if row.current else "muted")
+        ink = style.color("text" if taken else "target" if row.current else "muted")
         setting, volts, residual, bar = (column.translated(0, top) for column in columns)
         self._paint_direction(painter, row, setting, ink)
-        painter.setFont(look.font("body", strong=row.current))
+        painter.setFont(style.font("body", strong=row.current))
         painter.setPen(ink)
         painter.drawText(setting.adjusted(px(20), 0, 0, 0), _ALIGN.AlignVCenter, row.value)
-        painter.setFont(look.font("body"))
+        painter.setFont(style.font("body"))
         right = _ALIGN.AlignVCenter | _ALIGN.AlignRight
         painter.drawText(volts, right, row.volts)
         painter.drawText(residual, right, row.residual)
@@ -285,7 +286,7 @@ class CalibrationPointList(QWidget):
     def _paint_direction(
         self, painter: QPainter, row: CalibrationPointRow, box: QRectF, ink: object
     ) -> None:
-        px = self._look.px
+        px = self._style.px
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(ink)
         x, y, half = box.left() + px(8), box.center().y(), px(5)
@@ -302,22 +303,22 @@ class CalibrationPointList(QWidget):
             painter.drawEllipse(QPointF(x, y), 0.7 * half, 0.7 * half)
 
     def _paint_bar(self, painter: QPainter, row: CalibrationPointRow, box: QRectF) -> None:
-        look, px = self._look, self._look.px
+        style, px = self._style, self._style.px
         if box.width() < px(24):
             return
         if row.remark:
             sign = QRectF(box.left(), box.center().y() - px(7), px(14), px(14))
-            paint_indicator(painter, "caution", sign, look.color("caution"))
-            painter.setFont(look.font("label", strong=True))
-            painter.setPen(look.color("caution"))
+            paint_indicator(painter, "caution", sign, style.color("caution"))
+            painter.setFont(style.font("label", strong=True))
+            painter.setPen(style.color("caution"))
             painter.drawText(box.adjusted(px(18), 0, 0, 0), _ALIGN.AlignVCenter, row.remark)
             return
         if not row.residual:
             return
         middle = box.center().x()
         half = 0.5 * box.width()
-        painter.setPen(QPen(look.color("axis"), 1))
+        painter.setPen(QPen(style.color("axis"), 1))
         painter.drawLine(QPointF(middle, box.top() + px(4)), QPointF(middle, box.bottom() - px(4)))
         painter.fillRect(
-            QRectF(middle, box.center().y() - px(4), half * row.share, px(8)), look.color("text")
+            QRectF(middle, box.center().y() - px(4), half * row.share, px(8)), style.color("text")
         )

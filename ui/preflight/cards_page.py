@@ -52,14 +52,14 @@ _SURFACES = ("de", "da", "dr")
 class CardEditor(FormPart[CardSet]):
     """Everything on a card."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
         self._row = 0
         self.fields: dict[str, FormField] = {}
-        self.area = FormColumns(look, 2)
+        self.area = FormColumns(style, 2)
         self._column.addWidget(self.area)
-        point, maneuver = FormSection(look, tr("Test point")), FormSection(look, tr("Maneuver"))
-        allowed = FormSection(look, tr("Tolerance"))
+        point, maneuver = FormSection(style, tr("Test point")), FormSection(style, tr("Maneuver"))
+        allowed = FormSection(style, tr("Tolerance"))
         plain = {value.key[-1]: value for value in create_card_fields(0)}
         for name in ("id", "title", "speed", "alpha", "height", "flap"):
             point.add(self._field(name, plain[name]))
@@ -76,7 +76,7 @@ class CardEditor(FormPart[CardSet]):
 
     def _field(self, name: str, value: CardField) -> FormField:
         rows = 2 if value.kind == "lines" else 1
-        field = FormField(self._look, value.name, rows=rows, choices=value.choices)
+        field = FormField(self._style, value.name, rows=rows, choices=value.choices)
         field.text_edited.connect(lambda text: self._typed(name, text))
         field.editing_finished.connect(self.editing_finished)
         self.fields[name] = field
@@ -97,7 +97,7 @@ class CardEditor(FormPart[CardSet]):
         cards = editor.file.model.cards
         if row >= len(cards):
             return
-        card, units = cards[row], self._look.units
+        card, units = cards[row], self._style.units
         order = ",".join(card.surfaces)
         self.fields["surfaces"].set_choices(
             create_surfaces_field(row, card.surfaces).choices, order
@@ -139,11 +139,11 @@ class CardEditor(FormPart[CardSet]):
             )
             self.show_card(editor, self._row)
         else:
-            editor.enter_text(self._values(card)[name], text, self._look.units)
+            editor.enter_text(self._values(card)[name], text, self._style.units)
             self.validate()
         self.edited.emit()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the first field, ready to be typed over."""
         self.fields["id"].setFocus()
         self.fields["id"].select_all()
@@ -161,12 +161,12 @@ class CardsPage(SavingStepPage):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         actions: Mapping[str, QAction],
         store: SettingsStore,
         fail: Callable[[BaseException], object],
     ) -> None:
-        super().__init__(look, tr("Test cards"), fail)
+        super().__init__(style, tr("Test cards"), fail)
         self._store = store
         self.model: CardSetModel | None = None
         self._job: BackgroundJob | None = None
@@ -182,14 +182,14 @@ class CardsPage(SavingStepPage):
         self.message = FieldMessage()
         self._left_column.addWidget(self.message)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
-        self.list = StatusListView(look, tr("Test cards"), [actions[name] for name in changes])
+        self.list = StatusListView(style, tr("Test cards"), [actions[name] for name in changes])
         self.list.current_item_changed.connect(lambda _key: self._show_card())
         self.list.move_requested.connect(self.move_card)
         self.list.delete_requested.connect(self.remove)
         self.list.item_activated.connect(lambda _key: self.edit())
         self._left_column.addWidget(self.list, 1)
         buttons = [
-            ActionButton(actions[name], words, look)
+            ActionButton(actions[name], words, style)
             for name, words in (
                 ("cards_add", tr("Add")),
                 ("cards_remove", tr("Remove")),
@@ -201,13 +201,13 @@ class CardsPage(SavingStepPage):
         ]
         for button in buttons:
             set_touch_height(button)
-        self._left_column.addWidget(create_button_row(look, *buttons))
+        self._left_column.addWidget(create_button_row(style, *buttons))
         self._row.addWidget(self._list_panel, 1)
-        self.form = CardEditor(look)
+        self.form = CardEditor(style)
         self.form.edited.connect(self._typed)
         self.form.editing_finished.connect(self._field_left)
         self._row.addWidget(self.form, 1)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -230,11 +230,11 @@ class CardsPage(SavingStepPage):
         """Go into the card; Esc comes back to the list."""
         self._editing = True
         self._fit()
-        self.form.begin()
+        self.form.set_initial_focus()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and not self.list.hasFocus():
-            self.begin()
+            self.set_initial_focus()
         else:
             super().keyPressEvent(event)
 
@@ -328,7 +328,7 @@ class CardsPage(SavingStepPage):
         else:
             self.message.set_message(tr("Saved"), "good")
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the list."""
         self._editing = False
         self._fit()

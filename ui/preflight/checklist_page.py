@@ -35,17 +35,17 @@ _SETTLE_MS = 200
 class _Summary(QWidget):
     """Sign and number of what is not green, large."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._state: IndicatorState = "unknown"
         self.text = ""
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
-        self.setFixedHeight(self._look.px(44))
-        self.setMinimumWidth(self._look.px(240))
+        self.setFixedHeight(self._style.px(44))
+        self.setMinimumWidth(self._style.px(240))
         self.update()
 
     def show_words(self, words: str, state: IndicatorState) -> None:
@@ -56,18 +56,18 @@ class _Summary(QWidget):
             self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look = self._look
+        style = self._style
         painter = QPainter(self)
-        side = look.px(24)
+        side = style.px(24)
         top = (self.height() - side) / 2
-        color = look.state_color(self._state)
+        color = style.state_color(self._state)
         paint_indicator(painter, self._state, QRectF(0, top, side, side), color)
-        font = look.font("title", strong=True)
-        font.setPixelSize(look.px(28))
+        font = style.font("title", strong=True)
+        font.setPixelSize(style.px(28))
         painter.setFont(font)
         painter.setPen(color)
         painter.drawText(
-            QRectF(side + look.px(12), 0, self.width(), self.height()),
+            QRectF(side + style.px(12), 0, self.width(), self.height()),
             Qt.AlignmentFlag.AlignVCenter,
             self.text,
         )
@@ -102,21 +102,21 @@ class ChecklistPage(PreflightStepPage):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         actions: Mapping[str, QAction],
         fail: Callable[[BaseException], object],
     ) -> None:
-        super().__init__(look, tr("Checklist"))
+        super().__init__(style, tr("Checklist"))
         self._fail = fail
         self.model: ChecklistModel | None = None
         self._column = QVBoxLayout(self)
         self._top = QHBoxLayout()
-        self.summary = _Summary(look)
+        self.summary = _Summary(style)
         self._top.addWidget(self.summary, 1)
-        self.start = ActionButton(actions["preflight_start"], tr("Start the flight"), look)
+        self.start = ActionButton(actions["preflight_start"], tr("Start the flight"), style)
         self.start.setProperty("role", "primary")
-        self.reset_button = ActionButton(actions["checklist_reset"], tr("Reset"), look)
-        self.change = ActionButton(actions["checklist_edit"], tr("Edit the list…"), look)
+        self.reset_button = ActionButton(actions["checklist_reset"], tr("Reset"), style)
+        self.change = ActionButton(actions["checklist_edit"], tr("Edit the list…"), style)
         for button in (self.start, self.reset_button, self.change):
             set_touch_height(button)
             self._top.addWidget(button)
@@ -127,7 +127,7 @@ class ChecklistPage(PreflightStepPage):
         self.message = FieldMessage()
         self._column.addWidget(self.message)
         self.list = StatusListView(
-            look, tr("Checklist"), [actions["checklist_tick"], actions["checklist_edit"]]
+            style, tr("Checklist"), [actions["checklist_tick"], actions["checklist_edit"]]
         )
         self.list.item_activated.connect(self._tick)
         self._column.addWidget(self.list, 1)
@@ -138,7 +138,7 @@ class ChecklistPage(PreflightStepPage):
         self._settle.timeout.connect(self._reload)
         for changed in (self._watcher.fileChanged, self._watcher.directoryChanged):
             changed.connect(lambda _path: self._settle.start())
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -214,7 +214,7 @@ class ChecklistPage(PreflightStepPage):
             )
         self.message.setVisible(bool(self.message.text()))
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the list."""
         self.list.setFocus()
         if not self.list.current_key:

@@ -49,13 +49,13 @@ _DEFAULT_YZ = ("0 m", "0 m")
 class PayloadForm(FormPart[FlightInfo]):
     """Rows of things on board, each with its mass and its place."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
         self._column.addWidget(
             create_label(tr("Ballast, cameras; negative for removed items"), "hint", wrap=True)
         )
         self.rows = GrowingFieldGrid(
-            look,
+            style,
             [
                 GridColumn(name=tr("What"), share=3),
                 GridColumn(name=tr("Mass"), share=2),
@@ -69,7 +69,7 @@ class PayloadForm(FormPart[FlightInfo]):
     def show_card(self, editor: FormEditor[FlightInfo]) -> None:
         """Show what is on a card, and what is being typed."""
         self._editor = editor
-        units = self._look.units
+        units = self._style.units
         mass, place = (
             create_payload_mass_field().unit_label(units),
             create_payload_position_field().unit_label(units),
@@ -89,7 +89,7 @@ class PayloadForm(FormPart[FlightInfo]):
         self.validate()
 
     def _texts(self, item: Mapping[str, Any]) -> tuple[str, str, str]:
-        units = self._look.units
+        units = self._style.units
         ahead = item.get("position", (None,))[0]
         return (
             str(item.get("what", "")),
@@ -114,7 +114,7 @@ class PayloadForm(FormPart[FlightInfo]):
 
     def _item(self, row: Sequence[str], known: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         what, mass, ahead = row
-        units = self._look.units
+        units = self._style.units
         # To the side and down as the file says, where it does.
         beside = list(known.get(what, {}).get("position", ("", *_DEFAULT_YZ)))[1:]
         return {
@@ -134,11 +134,11 @@ _NO_CHANNEL_CHOICE = ("", "–")
 class TransmitterForm(FormPart[FlightInfo]):
     """Throws of the sticks in percent, and what is mixed into what."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
         titles = (*(tr(words) for _name, words in THROW_COLUMNS), tr("Trim"))
         self.throws = FieldGrid(
-            look,
+            style,
             [GridColumn(name=f"{words} %") for words in titles],
             [tr(words) for _stick, words in STICKS],
         )
@@ -151,7 +151,7 @@ class TransmitterForm(FormPart[FlightInfo]):
         self._column.addWidget(create_label(tr("Mixers"), "strong"))
         levers = (_NO_CHANNEL_CHOICE, *TRANSMITTER_CONTROLS)
         self.mixers = GrowingFieldGrid(
-            look,
+            style,
             [
                 GridColumn(name=tr("From"), choices=levers, share=3),
                 GridColumn(name=tr("To"), choices=levers, share=3),
@@ -167,14 +167,14 @@ class TransmitterForm(FormPart[FlightInfo]):
         self._editor = editor
         for row, values in enumerate(self.values):
             for place, value in enumerate(values):
-                self.throws.set_text(row, place, editor.field_text(value, self._look.units))
+                self.throws.set_text(row, place, editor.field_text(value, self._style.units))
         written = editor.stored_value(_MIXERS) or []
         if _MIXERS not in editor.problems:
             self.mixers.show_rows([self._mixer_texts(one) for one in written])
         self.validate()
 
     def _mixer_texts(self, mixer: Mapping[str, object]) -> tuple[str, str, str]:
-        share = format_field(create_mixer_field(), mixer.get("share"), self._look.units)
+        share = format_field(create_mixer_field(), mixer.get("share"), self._style.units)
         return str(mixer.get("source", "")), str(mixer.get("target", "")), share
 
     def validate(self) -> None:
@@ -192,7 +192,7 @@ class TransmitterForm(FormPart[FlightInfo]):
 
     def _typed(self, row: int, place: int, text: str) -> None:
         if self._editor is not None:
-            self._editor.enter_text(self.values[row][place], text, self._look.units)
+            self._editor.enter_text(self.values[row][place], text, self._style.units)
             self.validate()
             self.edited.emit()
 
@@ -202,18 +202,18 @@ class TransmitterForm(FormPart[FlightInfo]):
 
     def _mixer(self, row: Sequence[str]) -> dict[str, Any]:
         source, target, share = row
-        written = parse_field(create_mixer_field(), share, self._look.units)
+        written = parse_field(create_mixer_field(), share, self._style.units)
         return {"source": source, "target": target, "share": written}
 
 
 class WeighingForm(FormPart[FlightInfo]):
     """Readings of the scales, and what they say."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
         self._aircraft: Aircraft | None = None
         self._way = ""
-        self.way = FormField(look, tr("Weighed on"), choices=WEIGHING_METHODS)
+        self.way = FormField(style, tr("Weighed on"), choices=WEIGHING_METHODS)
         self.way.text_edited.connect(self._choose)
         self._column.addWidget(self.way)
         self.fields: dict[str, tuple[CardField, FormField]] = {}
@@ -228,18 +228,18 @@ class WeighingForm(FormPart[FlightInfo]):
         self.doubts = FieldMessage()
         for widget in (self.weight, self.summary, self.doubts, self.take):
             self._column.addWidget(widget)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _add(self, name: str, value: CardField) -> None:
-        field = FormField(self._look, value.name)
+        field = FormField(self._style, value.name)
         field.text_edited.connect(lambda text: self._typed(value, text))
         field.editing_finished.connect(self.editing_finished)
         self.fields[name] = (value, field)
         self._column.addWidget(field)
 
     def _fit(self) -> None:
-        self._column.setSpacing(self._look.px(8))
+        self._column.setSpacing(self._style.px(8))
 
     def _scales(self, way: str) -> tuple[str, ...]:
         """Return the supports that are asked for; an aircraft on a tail wheel has no nose wheel."""
@@ -259,8 +259,8 @@ class WeighingForm(FormPart[FlightInfo]):
         self._way = on_card or self._way
         self.way.set_text(self._way)
         for value, field in self.fields.values():
-            field.set_text(editor.field_text(value, self._look.units))
-            field.show_unit(value.unit_label(self._look.units))
+            field.set_text(editor.field_text(value, self._style.units))
+            field.show_unit(value.unit_label(self._style.units))
         self.validate()
 
     def validate(self) -> None:
@@ -272,7 +272,7 @@ class WeighingForm(FormPart[FlightInfo]):
         for name, (value, field) in self.fields.items():
             field.setVisible(name in (*asked, *more))
             field.show_message(*self._remark(value))
-        said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
+        said = describe_weighing(editor.file.model, self._aircraft, self._style.units)
         waits = any(key[:1] == _TABLE for key in editor.problems)
         self.weight.setText("" if waits else said.weight)
         self.summary.setText("" if waits else said.problem or "\n".join(said.lines))
@@ -308,12 +308,12 @@ class WeighingForm(FormPart[FlightInfo]):
         if set(loads) - set(kept):
             # What is left of another way is no weighing: it waits until it is one again.
             texts = {
-                name: editor.field_text(self.fields[name][0], self._look.units) for name in kept
+                name: editor.field_text(self.fields[name][0], self._style.units) for name in kept
             }
             editor.set_values({_TABLE: None})
             for name, text in texts.items():
                 if text:
-                    editor.enter_text(self.fields[name][0], text, self._look.units)
+                    editor.enter_text(self.fields[name][0], text, self._style.units)
         elif not way:
             editor.discard_group(_TABLE)
         self.show_card(editor, self._aircraft)
@@ -321,7 +321,7 @@ class WeighingForm(FormPart[FlightInfo]):
 
     def _typed(self, value: CardField, text: str) -> None:
         if self._editor is not None:
-            self._editor.enter_text(value, text, self._look.units)
+            self._editor.enter_text(value, text, self._style.units)
             self.validate()
             self.edited.emit()
 
@@ -329,8 +329,8 @@ class WeighingForm(FormPart[FlightInfo]):
         editor = self._editor
         if editor is None:
             return
-        said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
+        said = describe_weighing(editor.file.model, self._aircraft, self._style.units)
         if said.weighed is not None:
-            weight = format_takeoff_weight(said.weighed, editor.file.model, self._look.units)
+            weight = format_takeoff_weight(said.weighed, editor.file.model, self._style.units)
             editor.set_values({("takeoff_weight",): weight})
             self.edited.emit()

@@ -34,24 +34,24 @@ from ui.widgets.layout_widgets import FormColumns, FormSection
 class FlightCardPage(SavingStepPage):
     """Asks for everything that no instrument writes down."""
 
-    def __init__(self, look: DisplayStyle, fail: Callable[[BaseException], object]) -> None:
-        super().__init__(look, tr("Flight card"), fail)
+    def __init__(self, style: DisplayStyle, fail: Callable[[BaseException], object]) -> None:
+        super().__init__(style, tr("Flight card"), fail)
         self._aircraft: Aircraft | None = None
         self.editor: FormEditor[FlightInfo] | None = None
         self.fields: dict[str, tuple[CardField, FormField]] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        self.area = FormColumns(look)
+        self.area = FormColumns(style)
         column.addWidget(self.area)
         self._head()
-        self.weighing = WeighingForm(look)
-        self.transmitter = TransmitterForm(look)
-        self.loading = PayloadForm(look)
+        self.weighing = WeighingForm(style)
+        self.transmitter = TransmitterForm(style)
+        self.loading = PayloadForm(style)
         self._sections()
         for form in (self.weighing, self.transmitter, self.loading):
             form.edited.connect(self._typed_below)
             form.editing_finished.connect(self._left)
-        look.changed.connect(self.show_card)
+        style.changed.connect(self.show_card)
 
     def _head(self) -> None:
         row = QHBoxLayout()
@@ -209,7 +209,7 @@ class FlightCardPage(SavingStepPage):
         self.flush()
         self.changed.emit()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard into the first field that is empty."""
         fields = [field for _value, field in self.fields.values()]
         first = next((field for field in fields if not field.text), fields[0])

@@ -110,14 +110,14 @@ class FormField(QWidget):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         name: str,
         *,
         rows: int = 1,
         choices: Sequence[tuple[str, str]] = (),
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._rows = rows
         self.name = create_label(tr(name), wrap=True)
         self.unit = create_label("", "muted")
@@ -138,7 +138,7 @@ class FormField(QWidget):
             self._grid.addWidget(self.name, 0, 0, 1, 3)
             self._grid.addWidget(self.edit, 1, 0, 1, 3)
         self._grid.addWidget(self.message, 2, 0 if rows > 1 else 1, 1, -1)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _create_edit(
@@ -214,7 +214,7 @@ class FormField(QWidget):
         self.edit.setAccessibleDescription(words)
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._grid.setHorizontalSpacing(px(8))
         self._grid.setVerticalSpacing(px(2))
         if self._rows > 1:
@@ -247,10 +247,10 @@ class FieldGrid(QWidget):
     editing_finished = Signal()
 
     def __init__(
-        self, look: DisplayStyle, columns: Sequence[GridColumn], names: Sequence[str] = ()
+        self, style: DisplayStyle, columns: Sequence[GridColumn], names: Sequence[str] = ()
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._columns = tuple(columns)
         self._named = bool(names)
         self.cells: list[list[QLineEdit | QComboBox]] = []
@@ -264,7 +264,7 @@ class FieldGrid(QWidget):
         self.message.hide()
         for name in names:
             self.add_row(name)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def add_row(self, name: str = "") -> None:
@@ -330,7 +330,7 @@ class FieldGrid(QWidget):
         self.message.setVisible(bool(words))
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._grid.setHorizontalSpacing(px(8))
         self._grid.setVerticalSpacing(px(4))
 
@@ -340,8 +340,8 @@ class GrowingFieldGrid(FieldGrid):
 
     rows_changed = Signal()
 
-    def __init__(self, look: DisplayStyle, columns: Sequence[GridColumn]) -> None:
-        super().__init__(look, columns)
+    def __init__(self, style: DisplayStyle, columns: Sequence[GridColumn]) -> None:
+        super().__init__(style, columns)
         self._empty = tuple(column.choices[0][0] if column.choices else "" for column in columns)
         self.add_row()
         self.cell_edited.connect(self._grow)
@@ -389,9 +389,9 @@ class FormPart(QWidget, Generic[T]):
     edited = Signal()
     editing_finished = Signal()
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._editor: FormEditor[T] | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)

@@ -42,14 +42,14 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
         controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__(tr("Preflight"), actions, look, store)
+        super().__init__(tr("Preflight"), actions, style, store)
         self._banners = banners
         self._error_reporter = error_reporter
         self._controller = controller
@@ -79,22 +79,22 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
             from ui.preflight.wizard_page import WizardPage
 
             self._wizard_page = WizardPage(
-                self._look, self._store, self._controller, self._prompter
+                self._style, self._store, self._controller, self._prompter
             )
             return self._wizard_page
         page: PreflightStepPage
         if step_id == "card":
             from ui.preflight.flight_card_page import FlightCardPage
 
-            page = FlightCardPage(self._look, self._error_reporter.report)
+            page = FlightCardPage(self._style, self._error_reporter.report)
         elif step_id == "checklist":
             from ui.preflight.checklist_page import ChecklistPage
 
-            page = ChecklistPage(self._look, self._actions, self._error_reporter.report)
+            page = ChecklistPage(self._style, self._actions, self._error_reporter.report)
         else:
             from ui.preflight.cards_page import CardsPage
 
-            page = CardsPage(self._look, self._actions, self._store, self._error_reporter.report)
+            page = CardsPage(self._style, self._actions, self._store, self._error_reporter.report)
         page.set_model(self.model)
         return page
 

@@ -51,9 +51,9 @@ class SavingStepPage(PreflightStepPage):
     """The page of a step whose file is saved as it is typed."""
 
     def __init__(
-        self, look: DisplayStyle, name: str, fail: Callable[[BaseException], object]
+        self, style: DisplayStyle, name: str, fail: Callable[[BaseException], object]
     ) -> None:
-        super().__init__(look, name)
+        super().__init__(style, name)
         self._fail = fail
         self._save_timer = QTimer(self)
         self._save_timer.setSingleShot(True)

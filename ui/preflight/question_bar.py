@@ -32,9 +32,9 @@ class QuestionBar(QFrame):
         Hidden while something is asked: its keys do nothing then.
     """
 
-    def __init__(self, look: DisplayStyle, leave: Callable[[], object], behind: QWidget) -> None:
+    def __init__(self, style: DisplayStyle, leave: Callable[[], object], behind: QWidget) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._leave = leave
         self._behind = behind
         self._answer: Callable[[str], object] | None = None
@@ -55,15 +55,15 @@ class QuestionBar(QFrame):
             button.clicked.connect(act)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, high)
             self._row.addWidget(button)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
         self.hide()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._row.setContentsMargins(px(16), px(6), px(16), px(6))
         self._row.setSpacing(px(8))
-        self.setMinimumHeight(self._look.sizes.control + px(12))
+        self.setMinimumHeight(self._style.sizes.control + px(12))
 
     @property
     def is_open(self) -> bool:

@@ -78,20 +78,20 @@ class SurfaceFigure:
 class SurfaceMotionView(QWidget):
     """Draws a figure; simple, large, the trailing edge named."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.figure: SurfaceFigure | AircraftPoseFigure | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
-        self.setMinimumHeight(self._look.px(150))
+        self.setMinimumHeight(self._style.px(150))
         self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(480), self._look.px(220))
+        return QSize(self._style.px(480), self._style.px(220))
 
     def show_figure(self, figure: SurfaceFigure | AircraftPoseFigure | None) -> None:
         """Draw another figure."""
@@ -107,16 +107,16 @@ class SurfaceMotionView(QWidget):
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        gap = self._look.px(8)
+        gap = self._style.px(8)
         box = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
         if isinstance(figure, AircraftPoseFigure):
-            paint_pose(painter, box, self._look, figure)
+            paint_pose(painter, box, self._style, figure)
             painter.end()
             return
         wholes, close = _arrange_views(figure, box, gap)
         for view, place in wholes:
             self._paint_whole(painter, place, OUTLINES_BY_VIEW[view], figure)
-        SurfaceCloseup(self._look, figure).paint(painter, close)
+        SurfaceCloseup(self._style, figure).paint(painter, close)
         painter.end()
 
     def _paint_whole(
@@ -132,7 +132,7 @@ class SurfaceMotionView(QWidget):
         painter.translate(box.center())
         painter.scale(scale, scale)
         painter.translate(-whole.center())
-        paint_body(painter, self._look, outline, "muted")
+        paint_body(painter, self._style, outline, "muted")
         if part is not None:
             self._paint_part(painter, part, figure, outline)
         painter.restore()
@@ -140,11 +140,11 @@ class SurfaceMotionView(QWidget):
     def _paint_part(
         self, painter: QPainter, part: MovingPart, figure: SurfaceFigure, outline: AircraftOutline
     ) -> None:
-        look = self._look
-        pen = QPen(look.color("text"), look.px(1.5))
+        style = self._style
+        pen = QPen(style.color("text"), style.px(1.5))
         pen.setCosmetic(True)
         painter.setPen(pen)
-        painter.setBrush(look.color("text"))
+        painter.setBrush(style.color("text"))
         painter.save()
         if part.rotation_visible:
             painter.translate(*part.hinge)
@@ -152,7 +152,7 @@ class SurfaceMotionView(QWidget):
             painter.translate(-part.hinge[0], -part.hinge[1])
         painter.drawPolygon(to_polygon(part.outline))
         painter.restore()
-        ring = QPen(look.color("text"), look.px(2))
+        ring = QPen(style.color("text"), style.px(2))
         ring.setCosmetic(True)
         painter.setPen(ring)
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -199,8 +199,8 @@ def _arrange_views(
 class SurfaceCloseup:
     """One surface in section with a protractor around its hinge."""
 
-    def __init__(self, look: DisplayStyle, figure: SurfaceFigure) -> None:
-        self._look = look
+    def __init__(self, style: DisplayStyle, figure: SurfaceFigure) -> None:
+        self._style = style
         self._figure = figure
         # Where the trailing edge points in neutral: aft, that is to the right or down.
         self._aft = 0.0 if figure.view == "side" else 90.0
@@ -212,17 +212,17 @@ class SurfaceCloseup:
 
     def layout(self, box: QRectF) -> tuple[QPointF, float]:
         """Return where in a box the hinge is, and how far (pixels) the protractor is from it."""
-        look, figure = self._look, self._figure
-        letters = look.px(52)
+        style, figure = self._style, self._figure
+        letters = style.px(52)
         # The chord lies along the box: a fixed part, the hinge, the moving part, the angles.
         along = box.width() if figure.view == "side" else box.height()
         across = box.height() if figure.view == "side" else box.width()
         fixed = 0.3 if figure.kind == "surface" else 0.08
         reach = min(
             (along - letters) / (1.0 + fixed),
-            (0.5 * across - look.px(14)) / math.sin(math.radians(min(self._widest, 90.0))),
+            (0.5 * across - style.px(14)) / math.sin(math.radians(min(self._widest, 90.0))),
         )
-        reach = max(reach, look.px(40))
+        reach = max(reach, style.px(40))
         start = 0.5 * (along - (1.0 + fixed) * reach - letters) + fixed * reach
         if figure.view == "side":
             return QPointF(box.left() + start, box.center().y()), reach
@@ -233,14 +233,14 @@ class SurfaceCloseup:
 
         Outside the sector through which the surface and its target turn, near the hinge.
         """
-        look, figure = self._look, self._figure
+        style, figure = self._style, self._figure
         hinge, reach = self.layout(box)
-        letters = QFontMetrics(look.font("label", strong=True))
+        letters = QFontMetrics(style.font("label", strong=True))
         wide = max(
             letters.horizontalAdvance(line)
             for line in (tr("trailing edge"), *figure.travel_end_texts)
         )
-        high, gap = 2 * letters.lineSpacing(), look.px(4)
+        high, gap = 2 * letters.lineSpacing(), style.px(4)
         slope = math.tan(math.radians(min(self._widest, 60.0)))
         half = self._half_chord(reach)
         if figure.view == "side":
@@ -288,39 +288,39 @@ class SurfaceCloseup:
         return 0.09 * reach if self._figure.kind == "surface" else 0.045 * reach
 
     def _paint_scale(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
-        look, figure, widest = self._look, self._figure, self._widest
-        painter.setPen(QPen(look.color("axis"), look.px(1.5)))
+        style, figure, widest = self._style, self._figure, self._widest
+        painter.setPen(QPen(style.color("axis"), style.px(1.5)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         square = QRectF(hinge.x() - reach, hinge.y() - reach, 2 * reach, 2 * reach)
         # Qt counts sixteenths of a degree, anticlockwise.
         start = -self._turned(figure.sense * widest) * 16
         painter.drawArc(square, round(start), round(2 * widest * 16))
-        painter.setFont(look.font("label"))
+        painter.setFont(style.font("label"))
         for tick in figure.ticks:
             wanted = figure.target is not None and abs(tick - figure.target) < 1e-9
-            color = look.color("target" if wanted else "muted")
-            painter.setPen(QPen(color, look.px(2.5 if wanted else 1.5)))
+            color = style.color("target" if wanted else "muted")
+            painter.setPen(QPen(color, style.px(2.5 if wanted else 1.5)))
             painter.drawLine(self._at(hinge, tick, reach), self._at(hinge, tick, 1.05 * reach))
-            middle = self._at(hinge, tick, 1.05 * reach + look.px(19))
-            words = QRectF(middle.x() - look.px(24), middle.y() - look.px(9), look.px(48),
-                           look.px(18))  # fmt: skip
+            middle = self._at(hinge, tick, 1.05 * reach + style.px(19))
+            words = QRectF(middle.x() - style.px(24), middle.y() - style.px(9), style.px(48),
+                           style.px(18))  # fmt: skip
             painter.drawText(words, Qt.AlignmentFlag.AlignCenter, f"{number_text(tick, 0)}°")
 
     def _paint_sides(self, painter: QPainter, box: QRectF) -> None:
-        look = self._look
-        painter.setFont(look.font("label", strong=True))
-        painter.setPen(look.color("text"))
+        style = self._style
+        painter.setFont(style.font("label", strong=True))
+        painter.setPen(style.color("text"))
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextDontClip
         for words, place in zip(self._figure.travel_end_texts, self.side_boxes(box), strict=True):
             painter.drawText(place, flags, tr("trailing edge\n{words}").format(words=words))
 
     def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
-        look, figure = self._look, self._figure
+        style, figure = self._style, self._figure
         painter.save()
         painter.translate(hinge)
         painter.rotate(self._aft)
-        painter.setPen(QPen(look.color("muted"), look.px(1.5)))
-        painter.setBrush(body_color(look))
+        painter.setPen(QPen(style.color("muted"), style.px(1.5)))
+        painter.setBrush(body_color(style))
         half = 0.09 * reach
         if figure.kind == "surface":
             painter.drawPolygon(
@@ -332,23 +332,23 @@ class SurfaceCloseup:
         painter.restore()
 
     def _paint_target(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
-        pen = QPen(self._look.color("target"), self._look.px(2.5))
+        pen = QPen(self._style.color("target"), self._style.px(2.5))
         pen.setDashPattern([4.0, 2.5])
         painter.setPen(pen)
         target = self._figure.target or 0.0
         painter.drawLine(self._at(hinge, target, 0.1 * reach), self._at(hinge, target, reach))
 
     def _paint_moving(self, painter: QPainter, box: QRectF) -> None:
-        look, figure = self._look, self._figure
+        style, figure = self._style, self._figure
         if figure.angle is not None:
-            painter.setPen(QPen(look.color("text"), look.px(1.5)))
-            painter.setBrush(look.color("text"))
+            painter.setPen(QPen(style.color("text"), style.px(1.5)))
+            painter.setBrush(style.color("text"))
         else:
             # Not known is not drawn as if it were.
-            painter.setPen(QPen(look.color("muted"), look.px(1.5), Qt.PenStyle.DashLine))
+            painter.setPen(QPen(style.color("muted"), style.px(1.5), Qt.PenStyle.DashLine))
             painter.setBrush(Qt.BrushStyle.BDiagPattern)
         painter.drawPolygon(self.moving_part(box))
-        painter.setBrush(look.color("background"))
-        painter.setPen(QPen(look.color("text"), look.px(1.5)))
+        painter.setBrush(style.color("background"))
+        painter.setPen(QPen(style.color("text"), style.px(1.5)))
         hinge, reach = self.layout(box)
-        painter.drawEllipse(hinge, *[max(0.035 * reach, look.px(3))] * 2)
+        painter.drawEllipse(hinge, *[max(0.035 * reach, style.px(3))] * 2)

@@ -57,28 +57,28 @@ def fit_text_font(
 class WizardPromptView(QWidget):
     """Draws a `WizardPrompt`; everything keeps its place, so that nothing jitters."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.prompt = WizardPrompt()
         self._low = False
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
         # Held by the widget itself: a column that scrolls would squeeze a mere hint.
-        self.setMinimumHeight(self._look.px(_COMPACT_HEIGHT))
+        self.setMinimumHeight(self._style.px(_COMPACT_HEIGHT))
         self.updateGeometry()
         self.update()
 
     def sizeHint(self) -> QSize:
         return QSize(
-            self._look.px(480), self._look.px(_COMPACT_HEIGHT if self._low else _FULL_HEIGHT)
+            self._style.px(480), self._style.px(_COMPACT_HEIGHT if self._low else _FULL_HEIGHT)
         )
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(240), self._look.px(_COMPACT_HEIGHT))
+        return QSize(self._style.px(240), self._style.px(_COMPACT_HEIGHT))
 
     def set_compact(self, *, low: bool) -> None:
         """Take the least height, or all that it would like."""
@@ -95,7 +95,7 @@ class WizardPromptView(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        px, cue = self._look.px, self.prompt
+        px, cue = self._style.px, self.prompt
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         wide = float(self.width())
@@ -110,7 +110,7 @@ class WizardPromptView(QWidget):
         self._paint_big(painter, QRectF(0, top, wide - side - px(12), high))
         self._paint_measured(painter, QRectF(wide - side, top, side, high))
         prompt = QRectF(0, top + high + px(4 * spare), wide, px(28 + 28 * spare))
-        painter.setPen(self._look.color("text"))
+        painter.setPen(self._style.color("text"))
         painter.setFont(
             fit_text_font(
                 cue.prompt, prompt, px(_PROMPT_FONT_SIZE), px(_MIN_FONT_SIZE), bold=True, wrap=True
@@ -118,38 +118,38 @@ class WizardPromptView(QWidget):
         )
         painter.drawText(prompt, Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter, cue.prompt)
         message = QRectF(0, self.height() - px(18), wide, px(18))
-        painter.setPen(self._look.color("muted"))
+        painter.setPen(self._style.color("muted"))
         painter.setFont(fit_text_font(cue.message, message, px(14), px(10)))
         painter.drawText(message, _ALIGN.AlignVCenter, cue.message)
         painter.end()
 
     def _paint_head(self, painter: QPainter, box: QRectF) -> None:
-        look, px = self._look, self._look.px
-        painter.setPen(look.color("muted"))
-        painter.setFont(look.font("value"))
+        style, px = self._style, self._style.px
+        painter.setPen(style.color("muted"))
+        painter.setFont(style.font("value"))
         painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.prompt.position_text)
         taken = QFontMetricsF(painter.font()).horizontalAdvance(self.prompt.position_text)
         room = box.adjusted(0, 0, -taken - px(8), 0)
-        painter.setPen(look.color("text"))
+        painter.setPen(style.color("text"))
         painter.setFont(fit_text_font(self.prompt.title, room, px(22), px(12), bold=True))
         painter.drawText(room, _ALIGN.AlignVCenter, self.prompt.title)
         track = QRectF(box.left(), box.bottom() + px(1), box.width(), px(4))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(look.color("chosen"))
+        painter.setBrush(style.color("chosen"))
         painter.drawRoundedRect(track, px(2), px(2))
-        painter.setBrush(look.color("text"))
+        painter.setBrush(style.color("text"))
         track.setWidth(track.width() * min(max(self.prompt.progress, 0.0), 1.0))
         painter.drawRoundedRect(track, px(2), px(2))
 
     def _paint_big(self, painter: QPainter, box: QRectF) -> None:
-        look, px, cue = self._look, self._look.px, self.prompt
-        painter.setPen(look.color("muted"))
-        painter.setFont(look.font("body"))
+        style, px, cue = self._style, self._style.px, self.prompt
+        painter.setPen(style.color("muted"))
+        painter.setFont(style.font("body"))
         painter.drawText(box, _ALIGN.AlignTop, cue.caption)
         number = box.adjusted(0, px(14), 0, 0)
         beside = min(0.42 * box.width(), px(170)) if cue.side_text else 0.0
         number.setWidth(box.width() - beside - (px(10) if beside else 0))
-        painter.setPen(look.color("target" if cue.is_target else "text"))
+        painter.setPen(style.color("target" if cue.is_target else "text"))
         painter.setFont(
             fit_text_font(cue.main_text, number, px(_MAIN_FONT_SIZE), px(18), bold=True)
         )
@@ -164,15 +164,15 @@ class WizardPromptView(QWidget):
             painter.drawText(words, flags, cue.side_text)
 
     def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
-        look, px, cue = self._look, self._look.px, self.prompt
+        style, px, cue = self._style, self._style.px, self.prompt
         if not cue.state_text:
             return
         chip = QRectF(box.left(), box.top(), box.width(), 0.37 * box.height())
         fill = _FILLS.get(cue.state)
-        painter.setPen(Qt.PenStyle.NoPen if fill else QPen(look.color("axis"), 1))
-        painter.setBrush(QColor(look.color(fill)) if fill else Qt.BrushStyle.NoBrush)
+        painter.setPen(Qt.PenStyle.NoPen if fill else QPen(style.color("axis"), 1))
+        painter.setBrush(QColor(style.color(fill)) if fill else Qt.BrushStyle.NoBrush)
         painter.drawRoundedRect(chip, px(6), px(6))
-        ink = look.color("fill_text" if fill else "text")
+        ink = style.color("fill_text" if fill else "text")
         sign = QRectF(chip.left() + px(10), chip.center().y() - px(8), px(16), px(16))
         paint_indicator(painter, cue.state, sign, ink)
         words = chip.adjusted(px(34), 0, -px(6), 0)
@@ -180,11 +180,11 @@ class WizardPromptView(QWidget):
         painter.setFont(fit_text_font(cue.state_text, words, px(18), px(10), bold=True))
         painter.drawText(words, _ALIGN.AlignVCenter, cue.state_text)
         now = QRectF(box.left(), chip.bottom() + px(2), box.width(), 0.35 * box.height())
-        painter.setPen(look.color("text"))
+        painter.setPen(style.color("text"))
         painter.setFont(fit_text_font(cue.value_text, now, px(26), px(12), bold=True))
         painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.value_text)
         volts = QRectF(box.left(), now.bottom(), box.width(), 0.24 * box.height())
-        painter.setPen(look.color("muted"))
+        painter.setPen(style.color("muted"))
         painter.setFont(fit_text_font(cue.volts_text, volts, px(18), px(10)))
         painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts_text)
 
@@ -200,9 +200,9 @@ _SIDE_BY_SIDE_WIDTH = 860
 class RemarkList(QWidget):
     """Sentences that the crew should not pass over, each with its sign."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.shown: tuple[WizardRemark, ...] = ()
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -213,7 +213,7 @@ class RemarkList(QWidget):
         if remarks == self.shown:
             return
         self.shown = remarks
-        self._column.setSpacing(self._look.px(4))
+        self._column.setSpacing(self._style.px(4))
         clear_layout(self._column)
         for state, sentence in remarks:
             line = create_label(f"{_SIGNS[state]} {sentence}", _ROLES[state], wrap=True)
@@ -227,16 +227,16 @@ class WizardCalibrationPanel(QWidget):
 
     point_chosen = Signal(int)  # place among the points taken
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
-        self.prompt_view = WizardPromptView(look)
-        self.motion_view = SurfaceMotionView(look)
-        self.remarks = RemarkList(look)
-        self.points = CalibrationPointList(look)
+        self._style = style
+        self.prompt_view = WizardPromptView(style)
+        self.motion_view = SurfaceMotionView(style)
+        self.remarks = RemarkList(style)
+        self.points = CalibrationPointList(style)
         self.points.point_selected.connect(self.point_chosen)
-        self.quality = NameValueTable(look)
-        self.charts = CalibrationCharts(look)
+        self.quality = NameValueTable(style)
+        self.charts = CalibrationCharts(style)
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._left = QVBoxLayout()
         self._left.addWidget(self.prompt_view)
@@ -252,7 +252,7 @@ class WizardCalibrationPanel(QWidget):
         self._wide = self._low = False
         self._arranged: tuple[bool, bool] | None = None
         self._beside = True
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def show_view(self, view: WizardView, choice: int | None, *, catching_up: bool) -> None:
@@ -260,7 +260,7 @@ class WizardCalibrationPanel(QWidget):
         self.prompt_view.show_prompt(build_prompt(view, catching_up=catching_up))
         figure = select_figure(view)
         self.motion_view.show_figure(figure)
-        self.remarks.show_remarks(list_remarks(view, self._look.units))
+        self.remarks.show_remarks(list_remarks(view, self._style.units))
         rows = build_point_rows(view)
         self.points.show_rows(rows, choice)
         self.points.setVisible(bool(rows))
@@ -274,14 +274,14 @@ class WizardCalibrationPanel(QWidget):
         self._scroll.setVisible(self._beside or not self._wide)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(240), self._look.px(120))
+        return QSize(self._style.px(240), self._style.px(120))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit()
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         margin = px(16)
         self._box.setContentsMargins(margin, px(8), margin, 0)
         self._box.setSpacing(px(24 if self.width() >= px(_SIDE_BY_SIDE_WIDTH) else 8))

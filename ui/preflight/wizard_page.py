@@ -63,13 +63,13 @@ class WizardPage(AbstractStepPage):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         controller: FlightController,
         prompter: Prompter | None = None,
     ) -> None:
-        super().__init__(look, tr("Calibration"))
-        self._look = look
+        super().__init__(style, tr("Calibration"))
+        self._style = style
         self._store = store
         self._controller = controller
         self._prompter = prompter or SilentPrompter()
@@ -83,29 +83,29 @@ class WizardPage(AbstractStepPage):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.start = WizardStartPanel(look)
+        self.start = WizardStartPanel(style)
         self.start.instruments.calibration_requested.connect(self._calibrate_guarded)
         self.start.instruments.selectionModel().selectionChanged.connect(self._show_start_offers)
-        self.work = WizardCalibrationPanel(look)
+        self.work = WizardCalibrationPanel(style)
         self.work.point_chosen.connect(self._choose)
-        self.summary = WizardSummaryPanel(look)
+        self.summary = WizardSummaryPanel(style)
         self.pages = QStackedWidget()
         for page in (self.start, self.work, self.summary):
             self.pages.addWidget(page)
         column.addWidget(self.pages, 1)
-        self.action_bar = ActionBar(look)
-        self.question_bar = QuestionBar(look, self.begin, self.action_bar)
+        self.action_bar = ActionBar(style)
+        self.question_bar = QuestionBar(style, self.set_initial_focus, self.action_bar)
         column.addWidget(self.question_bar)
-        self._questions = CalibrationQuestions(self.question_bar, lambda: look.units)
+        self._questions = CalibrationQuestions(self.question_bar, lambda: style.units)
         self.action_bar.triggered.connect(self._do)
         column.addWidget(self.action_bar)
         controller.changed.connect(self._flight_changed)
         controller.refreshed.connect(self._show_live_deflections)
-        look.changed.connect(self._refresh)
+        style.changed.connect(self._refresh)
 
     # The place
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard where one goes on."""
         self.setFocus(Qt.FocusReason.OtherFocusReason)
 
@@ -192,7 +192,7 @@ class WizardPage(AbstractStepPage):
         run.set_active(self.isVisible())
         self._show_view(run.view)
         self._prompter.say(run.view.spoken)
-        self.begin()
+        self.set_initial_focus()
 
     def show_start(self) -> None:
         """Go back to the beginning."""
@@ -200,7 +200,7 @@ class WizardPage(AbstractStepPage):
         self._calibration.reload_flight()
         self.pages.setCurrentWidget(self.start)
         self._refresh()
-        self.begin()
+        self.set_initial_focus()
 
     def _certified(self, folder: CalibrationFolder) -> None:
         try:
@@ -222,14 +222,14 @@ class WizardPage(AbstractStepPage):
     def _keep_keyboard(self) -> None:
         focus = QApplication.focusWidget()
         if self.isVisible() and not (focus is not None and self.isAncestorOf(focus)):
-            self.begin()
+            self.set_initial_focus()
 
     def _show_live_deflections(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.has_no_data
             self.summary.show_deflections(
                 list_combined_deflections(
-                    self._controller.history if heard else None, self._look.units
+                    self._controller.history if heard else None, self._style.units
                 )
             )
 
@@ -291,7 +291,7 @@ class WizardPage(AbstractStepPage):
             paper = (PRINT_ACTION,) if self.folder.store.in_force() else ()
             self.action_bar.show_actions((closing, *paper, *others))
             return
-        units = self._look.units
+        units = self._style.units
         view = replace(
             view,
             prompt=convert_text_units(view.prompt, units),
@@ -339,7 +339,7 @@ class WizardPage(AbstractStepPage):
             "resume": self.resume,
             "leave": self.show_start,
             "practice": self.practice.start,
-            "paper": lambda: self.certificate_printer.write(self.folder, self._look.units),
+            "paper": lambda: self.certificate_printer.write(self.folder, self._style.units),
             "help": self._help,
         }
         if name in own:
@@ -379,7 +379,7 @@ class WizardPage(AbstractStepPage):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         field = self.focusWidget()
         if isinstance(field, QLineEdit) and event.key() in _KEY_ALIASES:
-            self.begin()
+            self.set_initial_focus()
             return
         meaning = self._key_action(event)
         if meaning is None:
@@ -429,4 +429,4 @@ class WizardPage(AbstractStepPage):
 
     def _choose_none(self) -> None:
         self.start.instruments.setCurrentIndex(QModelIndex())
-        self.begin()
+        self.set_initial_focus()

@@ -55,8 +55,8 @@ class InstrumentList(FittedTableView):
 
     calibration_requested = Signal(str)  # channel
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, tr("Instruments"), ("", ""), stretch=1, least=99, most=99)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, tr("Instruments"), ("", ""), stretch=1, least=99, most=99)
         self.setFrameShape(QFrame.Shape.NoFrame)
         # The page scrolls; the list is as high as its rows.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -114,7 +114,7 @@ class InstrumentList(FittedTableView):
             page = page.parentWidget()
         if page is not None and (content := page.widget()) is not None:
             there = self.mapTo(content, self.visualRect(self.currentIndex()).center())
-            page.ensureVisible(there.x(), there.y(), 0, self._look.px(40))
+            page.ensureVisible(there.x(), there.y(), 0, self._style.px(40))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key = Qt.Key(event.key())
@@ -131,8 +131,8 @@ class InstrumentList(FittedTableView):
 class WizardStartPanel(CenteredPage):
     """Says what is there and asks who calibrates; what can be done is in the actions below."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, 860)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, 860)
         self.setAccessibleName(tr("Calibration"))
         self.column.addWidget(create_label(tr("Calibration"), "title"))
         self.message = FieldMessage()
@@ -141,21 +141,21 @@ class WizardStartPanel(CenteredPage):
         self.resume = FieldMessage()
         self.resume.setProperty("role", "strong")
         self.column.addWidget(self.resume)
-        self.column.addWidget(self._fields(look))
+        self.column.addWidget(self._fields(style))
         self._card = QFrame()
         self._card.setObjectName("card")
         self._grid = QGridLayout(self._card)
-        self.instruments = InstrumentList(look)
+        self.instruments = InstrumentList(style)
         self._grid.addWidget(self.instruments)
         self.column.addWidget(self._card)
         self.standings: tuple[InstrumentStatus, ...] | None = None
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
-    def _fields(self, look: DisplayStyle) -> QWidget:
+    def _fields(self, style: DisplayStyle) -> QWidget:
         holder = QWidget()
         grid = QGridLayout(holder)
-        grid.setContentsMargins(0, look.px(4), 0, look.px(4))
+        grid.setContentsMargins(0, style.px(4), 0, style.px(4))
         self.operator = QLineEdit()
         self.temperature = QLineEdit()
         for column, (name, field) in enumerate(
@@ -177,16 +177,16 @@ class WizardStartPanel(CenteredPage):
     def _restyle(self) -> None:
         if not hasattr(self, "_card"):
             return
-        px = self._look.px
+        px = self._style.px
         self._grid.setContentsMargins(px(16), px(10), px(16), px(10))
         self._field_grid.setHorizontalSpacing(px(16))
         # As high as its row: the style sheet knows a least height of its own.
-        self._field_grid.setRowMinimumHeight(1, self._look.sizes.control)
+        self._field_grid.setRowMinimumHeight(1, self._style.sizes.control)
         self._show_unit()
 
     def _show_unit(self) -> None:
         """Ask for the temperature in the units of the screen; what was typed is converted."""
-        unit = _TEMPERATURE.display_unit(self._look.units)
+        unit = _TEMPERATURE.display_unit(self._style.units)
         if unit == self._unit:
             return
         typed = parse_number(self.temperature.text().strip())
@@ -280,19 +280,19 @@ class CombinedDeflection:
 class WizardSummaryPanel(CenteredPage):
     """Two tables: outcomes, and deflections as they are now."""
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look, 860)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style, 860)
         self.title = create_label("", "title")
         self.column.addWidget(self.title)
         self.message = create_label("", wrap=True)
         self.column.addWidget(self.message)
         self.outcomes: tuple[InstrumentOutcome, ...] = ()
-        self._outcomes = _TableFrame(look)
+        self._outcomes = _TableFrame(style)
         self.column.addWidget(self._outcomes)
         self._live_title = create_label(tr("Move the stick: left and right together"), "heading")
         self._live_title.hide()
         self.column.addWidget(self._live_title)
-        self._together = _TableFrame(look)
+        self._together = _TableFrame(style)
         self.column.addWidget(self._together)
 
     def show_outcomes(
@@ -322,19 +322,19 @@ class WizardSummaryPanel(CenteredPage):
 class _TableFrame(QFrame):
     """A framed table whose cells keep their labels while only their words change."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("card")
         self._grid = QGridLayout(self)
         self._cells: list[list[QLabel]] = []
         self._shape: tuple[object, ...] = ()
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
         self.hide()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._grid.setContentsMargins(px(16), px(10), px(16), px(10))
         self._grid.setHorizontalSpacing(px(24))
         self._grid.setVerticalSpacing(px(6))

@@ -88,13 +88,13 @@ def describe_empty_selection(form: EstimateForm, review: Review) -> str:
 class EstimateHeader(QFrame):
     """Stays in sight while the settings below it scroll."""
 
-    def __init__(self, run: QAction, look: DisplayStyle) -> None:
+    def __init__(self, run: QAction, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("banner")
         self._column = QVBoxLayout(self)
         self._row = QHBoxLayout()
-        self.button = ActionButton(run, tr("Estimate"), look)
+        self.button = ActionButton(run, tr("Estimate"), style)
         self.button.setProperty("role", "primary")
         self.button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
@@ -103,17 +103,17 @@ class EstimateHeader(QFrame):
         self.message = FieldMessage()
         self.message.setProperty("role", "")
         words.addWidget(self.message)
-        self.explained = create_label("", "muted", wrap=True, remarks_in=look)
+        self.explained = create_label("", "muted", wrap=True, remarks_in=style)
         self.explained.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         self.explained.setAlignment(Qt.AlignmentFlag.AlignTop)
         words.addWidget(self.explained)
         self._row.addLayout(words, 1)
         self._column.addLayout(self._row)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._row.setSpacing(px(16))
         self._column.setContentsMargins(px(16), px(8), px(16), px(8))
         self.button.setMinimumHeight(px(44))
@@ -132,7 +132,7 @@ class EstimatePage(ReviewStepPage):
 
     def __init__(self, context: ReviewContext, review: Review) -> None:
         super().__init__(context, tr("Estimate"))
-        look, store, report_error = context.look, context.store, context.report_error
+        style, store, report_error = context.style, context.store, context.report_error
         self._review = review
         self._report_error = report_error
         self._checker = EstimateValidator(report_error, self)
@@ -148,16 +148,16 @@ class EstimatePage(ReviewStepPage):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.head = EstimateHeader(context.actions["review_run"], look)
+        self.head = EstimateHeader(context.actions["review_run"], style)
         self.button, self.message = self.head.button, self.head.message
         column.addWidget(self.head)
         self.area = ScrollingPage()
         self._body = self.area.column
-        self._pair = StackingColumns(look, (1, 1))
-        self.panel = EstimatePanel(look, self._form)
+        self._pair = StackingColumns(style, (1, 1))
+        self.panel = EstimatePanel(style, self._form)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
-        self.runs = RunsView(context.actions, look, self.run_store)
+        self.runs = RunsView(context.actions, style, self.run_store)
         self._pair.right.addWidget(self.runs)
         self._body.addWidget(self._pair)
         self._body.addStretch(1)
@@ -171,7 +171,7 @@ class EstimatePage(ReviewStepPage):
         self.runs.opened.connect(self.repeat)
         self.runs.focused.connect(lambda: self.head.show_field_help("runs"))
         context.selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
         self.head.show_field_help("run")
         self._checker.loaded.connect(self._loaded)
@@ -248,7 +248,7 @@ class EstimatePage(ReviewStepPage):
     def undo_history(self) -> UndoHistory:
         return self._undo_stack
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         # Where the button must wait for what it needs, the keyboard waits with it.
         (self.button if self.button.isEnabled() else self).setFocus()
         self.head.show_field_help("run")

@@ -45,9 +45,9 @@ class EstimatePanel(QWidget):
     field_focused = Signal(str)
     run_requested = Signal()
 
-    def __init__(self, look: DisplayStyle, form: EstimateForm) -> None:
+    def __init__(self, style: DisplayStyle, form: EstimateForm) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.form = form
         self._is_updating = False
         self._sentences: dict[str, FieldMessage] = {}
@@ -66,22 +66,22 @@ class EstimatePanel(QWidget):
         self._noise()
         self._channels()
         self._sources()
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
         self.show_form(form)
 
     def _fit(self) -> None:
-        self._column.setSpacing(self._look.px(12))
+        self._column.setSpacing(self._style.px(12))
 
     # Making
 
     def _section(self, name: str, title: str) -> tuple[FormSection, QGridLayout]:
-        section = FormSection(self._look, title)
+        section = FormSection(self._style, title)
         holder = QWidget()
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(self._look.px(12))
-        grid.setVerticalSpacing(self._look.px(6))
+        grid.setHorizontalSpacing(self._style.px(12))
+        grid.setVerticalSpacing(self._style.px(6))
         grid.setColumnStretch(1, 1)
         section.add(holder)
         self._column.addWidget(section)
@@ -161,7 +161,7 @@ class EstimatePanel(QWidget):
 
     def _derivatives(self) -> None:
         _, grid = self._section("derivatives", tr("Derivatives"))
-        self.derivatives = DerivativeTable(self._look)
+        self.derivatives = DerivativeTable(self._style)
         self.derivatives.edited.connect(self._apply_form)
         self._row(grid, "derivatives", self.derivatives, wide=True)
 
@@ -174,7 +174,7 @@ class EstimatePanel(QWidget):
 
     def _channels(self) -> None:
         _, grid = self._section("channels", tr("Responses, states, instrument errors"))
-        self.channels = FitChannelTable(self._look)
+        self.channels = FitChannelTable(self._style)
         self.channels.edited.connect(self._apply_form)
         self._row(grid, "channels", self.channels, wide=True)
         self.stand_ins = self._line(grid, "stand_ins", tr("for channels not measured: V=30"))

@@ -69,16 +69,16 @@ class DerivativeTable(TableRowView):
 
     edited = Signal(object)
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         self.names: tuple[str, ...] = ()
         """Derivatives of the axis, then the parameters of the model's effects."""
         self.form = EstimateForm()
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
         right = frozenset(range(LAST_COLUMN, len(ESTIMATE_COLUMN_TITLES)))
-        model = TableRowModel(look, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS))
+        model = TableRowModel(style, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS))
         # Not wrapped: a bound that has no room would go to a second line, where nobody sees it.
-        super().__init__(model, look, tr("Derivatives"), wrap=False, row_height=30)
+        super().__init__(model, style, tr("Derivatives"), wrap=False, row_height=30)
         self.setProperty("role", "close")
         self.setAlternatingRowColors(True)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
@@ -141,19 +141,19 @@ class DerivativeTable(TableRowView):
     # Sizes
 
     def _fit_columns(self) -> None:
-        px = self._look.px
+        px = self._style.px
         for column, width in _WIDTHS.items():
             self.setColumnWidth(column, px(width))
         # Strong, as they are once something is asked of them.
-        own = QFontMetrics(self._look.font("body", strong=True))
-        small = QFontMetrics(self._look.font("small", strong=True))
+        own = QFontMetrics(self._style.font("body", strong=True))
+        small = QFontMetrics(self._style.font("small", strong=True))
         names = [
             (small if name in self.effects else own).horizontalAdvance(symbol_text(name))
             + px(_PADDING)
             for name in self.names
         ]
         self.setColumnWidth(NAME_COLUMN, min(max([px(_WIDTHS[NAME_COLUMN]), *names]), px(_WIDEST)))
-        letters = QFontMetrics(self._look.font("body"))
+        letters = QFontMetrics(self._style.font("body"))
         written = map(letters.horizontalAdvance, self.last.values())
         least = max(written, default=0) + px(_PADDING)
         room = self.viewport().width() - sum(self.columnWidth(column) for column in _WIDTHS)
@@ -263,10 +263,10 @@ class FitChannelTable(TableRowView):
 
     edited = Signal(object)
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         titles = ("", *(title for _, title in CHANNEL_COLUMNS))
-        model = TableRowModel(look, titles, centered=frozenset(range(1, len(titles))))
-        super().__init__(model, look, tr("Channels"), wrap=False, row_height=28)
+        model = TableRowModel(style, titles, centered=frozenset(range(1, len(titles))))
+        super().__init__(model, style, tr("Channels"), wrap=False, row_height=28)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.setAlternatingRowColors(True)
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -276,7 +276,7 @@ class FitChannelTable(TableRowView):
 
     def _restyle(self) -> None:
         super()._restyle()
-        px = self._look.px
+        px = self._style.px
         self.setFixedHeight(len(FIT_CHANNELS) * px(self._row_height) + px(34))
 
     def set_form(self, form: EstimateForm) -> None:

@@ -84,8 +84,8 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     subplot_opened = Signal(str)
     views_changed = Signal()
 
-    def __init__(self, look: DisplayStyle, describe: Callable[[str, str], str]) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle, describe: Callable[[str, str], str]) -> None:
+        super().__init__(style)
         self._describe = describe
         self.pointer: QPointF | None = None
         self._pressed: _Press | None = None
@@ -95,7 +95,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def _point_at(self, point: QPointF) -> ManeuverPoint | None:
         return find_nearest_point(
-            self.visible_points(), point.x(), point.y(), self._look.px(_HIT_RADIUS)
+            self.visible_points(), point.x(), point.y(), self._style.px(_HIT_RADIUS)
         )
 
     def _subplot_under(self, point: QPointF) -> Subplot | None:
@@ -158,7 +158,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         way = self.pointer - press.at
         if press.pane is None or press.view is None:
             return
-        press.dragged = press.dragged or way.manhattanLength() >= self._look.px(_DRAG)
+        press.dragged = press.dragged or way.manhattanLength() >= self._style.px(_DRAG)
         if press.dragged and press.moves:
             pane = press.pane
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
@@ -176,7 +176,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         pane = press.pane
         plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
         drawn = QRectF(press.at, pointer).normalized()
-        if pane.shares_x_axis and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
+        if pane.shares_x_axis and drawn.height() < self._style.px(_TIME_ONLY_HEIGHT):
             drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
         return drawn.intersected(plot)
 
@@ -191,7 +191,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         if pane is not None:
             self.subplot_index = pane.index
         if box is not None and pane is not None and view is not None:
-            if min(box.width(), box.height()) >= self._look.px(_DRAG):
+            if min(box.width(), box.height()) >= self._style.px(_DRAG):
                 corners = (box.left(), box.top()), (box.right(), box.bottom())
                 self._show_view(pane, pane.view_in_rectangle(view, *corners))
             return
@@ -210,7 +210,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         box = self._rectangle()
         painter = QPainter(self)
         if box is not None:
-            color = self._look.color("accent")
+            color = self._style.color("accent")
             painter.setPen(QPen(color, 1, Qt.PenStyle.DashLine))
             color.setAlphaF(_SHADE)
             painter.setBrush(color)
@@ -218,7 +218,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         elif pane is not None and self.pointer is not None and self._pressed is None:
             plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
             words = self.text_at(self.pointer)
-            paint_readout(painter, plot, self.pointer, words, self._look)
+            paint_readout(painter, plot, self.pointer, words, self._style)
         painter.end()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

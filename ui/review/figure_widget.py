@@ -26,39 +26,39 @@ def paint_selection(
     painter: QPainter,
     chosen: Sequence[ManeuverPoint],
     current: ManeuverPoint | None,
-    look: DisplayStyle,
+    style: DisplayStyle,
 ) -> None:
     """Ring the points of the chosen maneuver and write its name beside each."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for spot in chosen:
         here = current is not None and current.subplot_index == spot.subplot_index
-        radius = look.px(_FOCUS_RADIUS if here else _RING_RADIUS)
+        radius = style.px(_FOCUS_RADIUS if here else _RING_RADIUS)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         # A light ring within a dark one is seen on every color.
-        painter.setPen(QPen(look.color("panel"), look.px(4)))
+        painter.setPen(QPen(style.color("panel"), style.px(4)))
         painter.drawEllipse(QPointF(spot.x, spot.y), radius, radius)
-        painter.setPen(QPen(look.color("accent"), look.px(3 if here else 2)))
+        painter.setPen(QPen(style.color("accent"), style.px(3 if here else 2)))
         painter.drawEllipse(QPointF(spot.x, spot.y), radius, radius)
-        _paint_name(painter, spot, radius, look, strong=here)
+        _paint_name(painter, spot, radius, style, strong=here)
     painter.restore()
 
 
 def _paint_name(
-    painter: QPainter, spot: ManeuverPoint, radius: float, look: DisplayStyle, *, strong: bool
+    painter: QPainter, spot: ManeuverPoint, radius: float, style: DisplayStyle, *, strong: bool
 ) -> None:
-    font = look.font("label", strong=strong)
+    font = style.font("label", strong=strong)
     metrics = QFontMetricsF(font)
-    room = look.px(3)
+    room = style.px(3)
     wide = metrics.horizontalAdvance(spot.maneuver) + 2 * room
     high = metrics.height()
     left = spot.x + radius + room
     if left + wide > painter.device().width() / painter.device().devicePixelRatioF():
         left = spot.x - radius - room - wide
     box = QRectF(left, spot.y - high / 2, wide, high)
-    painter.fillRect(box, _with_alpha(look.color("panel"), 0.85))
+    painter.fillRect(box, _with_alpha(style.color("panel"), 0.85))
     painter.setFont(font)
-    painter.setPen(look.color("text"))
+    painter.setPen(style.color("text"))
     painter.drawText(box, Qt.AlignmentFlag.AlignCenter, spot.maneuver)
 
 
@@ -68,7 +68,7 @@ def _with_alpha(color: QColor, share: float) -> QColor:
 
 
 def paint_transformed(
-    painter: QPainter, image: QImage, pane: Subplot, view: ViewRange, look: DisplayStyle
+    painter: QPainter, image: QImage, pane: Subplot, view: ViewRange, style: DisplayStyle
 ) -> None:
     """Let the old picture of a chart stand in for one with another view."""
     box = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
@@ -80,34 +80,34 @@ def paint_transformed(
     last = QPointF(*pane.map_to_view(view, pane.right, pane.bottom))
     painter.save()
     painter.setClipRect(box)
-    painter.fillRect(box, look.color("panel"))
+    painter.fillRect(box, style.color("panel"))
     painter.drawImage(QRectF(first, last), image, source)
     painter.restore()
 
 
-def paint_message(painter: QPainter, box: QRectF, words: str, look: DisplayStyle) -> None:
+def paint_message(painter: QPainter, box: QRectF, words: str, style: DisplayStyle) -> None:
     """Write why there is no figure."""
-    painter.setFont(look.font("body"))
-    painter.setPen(look.color("text"))
-    margin = look.px(32)
+    painter.setFont(style.font("body"))
+    painter.setPen(style.color("text"))
+    margin = style.px(32)
     inner = box.adjusted(margin, margin, -margin, -margin)
     flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
     painter.drawText(inner, int(flags), words)
 
 
-def paint_busy(painter: QPainter, box: QRectF, words: str, look: DisplayStyle) -> None:
+def paint_busy(painter: QPainter, box: QRectF, words: str, style: DisplayStyle) -> None:
     """Say in the corner what is being done."""
-    font = look.font("label", strong=True)
+    font = style.font("label", strong=True)
     metrics = QFontMetricsF(font)
-    wide, high = metrics.horizontalAdvance(words) + look.px(16), metrics.height() + look.px(6)
-    chip = QRectF(box.right() - wide - look.px(8), box.top() + look.px(6), wide, high)
+    wide, high = metrics.horizontalAdvance(words) + style.px(16), metrics.height() + style.px(6)
+    chip = QRectF(box.right() - wide - style.px(8), box.top() + style.px(6), wide, high)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(look.color("banner"))
-    painter.drawRoundedRect(chip, look.px(4), look.px(4))
+    painter.setBrush(style.color("banner"))
+    painter.drawRoundedRect(chip, style.px(4), style.px(4))
     painter.setFont(font)
-    painter.setPen(look.color("banner_text"))
+    painter.setPen(style.color("banner_text"))
     painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, words)
     painter.restore()
 
@@ -115,9 +115,9 @@ def paint_busy(painter: QPainter, box: QRectF, words: str, look: DisplayStyle) -
 class FigureWidget(QWidget):
     """Shows a `RenderedFigure`."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.rendered_figure: RenderedFigure | None = None
         self.views: dict[int, ViewRange] = {}
         """What charts are to show other than everything, by their place."""
@@ -191,21 +191,21 @@ class FigureWidget(QWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
-        painter.fillRect(self.rect(), self._look.color("panel"))
+        painter.fillRect(self.rect(), self._style.color("panel"))
         drawing = self.rendered_figure
         if drawing is not None and drawing.image is not None:
             painter.drawImage(0, 0, drawing.image)
             for pane in drawing.subplots:
                 if not views_match(self.view_of(pane), pane.view):
-                    paint_transformed(painter, drawing.image, pane, self.view_of(pane), self._look)
+                    paint_transformed(painter, drawing.image, pane, self.view_of(pane), self._style)
             chosen = [one for one in self.visible_points() if one.maneuver == self.maneuver]
-            paint_selection(painter, chosen, self.current, self._look)
+            paint_selection(painter, chosen, self.current, self._style)
         elif drawing is not None:
-            paint_message(painter, QRectF(self.rect()), drawing.message, self._look)
+            paint_message(painter, QRectF(self.rect()), drawing.message, self._style)
         if self._waiting:
-            paint_busy(painter, QRectF(self.rect()), self._waiting, self._look)
+            paint_busy(painter, QRectF(self.rect()), self._waiting, self._style)
         if self.hasFocus():
-            paint_focus_frame(painter, self.rect(), self._look)
+            paint_focus_frame(painter, self.rect(), self._style)
         painter.end()
 
     def focusInEvent(self, event: QFocusEvent) -> None:

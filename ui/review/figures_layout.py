@@ -62,17 +62,17 @@ class FigureView(QScrollArea):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         describe: Callable[[str, str], str],
         name: str,
         below: Sequence[QWidget] = (),
     ) -> None:
         super().__init__()
         self.setObjectName("panel")
-        self._look = look
+        self._style = style
         self._build: FigureBuilder | None = None
         self._fits = False
-        self.canvas = FigureCanvas(look, describe)
+        self.canvas = FigureCanvas(style, describe)
         self.canvas.setAccessibleName(name)
         self.canvas.setToolTip("")
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -95,7 +95,7 @@ class FigureView(QScrollArea):
         self._draw_timer = self._timer(_SETTLE_MS, self._submit)
         self._hint_timer = self._timer(_HINT_MS, self._show_busy)
         self.canvas.views_changed.connect(self._draw_timer.start)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _timer(self, milliseconds: int, act: Callable[[], None]) -> QTimer:
@@ -143,7 +143,7 @@ class FigureView(QScrollArea):
     @property
     def _dpi(self) -> float:
         """Return the logical pixels of an inch: more where the window has room to spare."""
-        plain = _DPI * self._look.sizes.scale
+        plain = _DPI * self._style.sizes.scale
         wide, high = self._pixels()
         larger = min(
             wide / plain / _COMFORTABLE_SIZE[0], high / plain / _COMFORTABLE_SIZE[1], _MAX_SCALE
@@ -153,7 +153,7 @@ class FigureView(QScrollArea):
     def _submit(self) -> None:
         if self._build is None or not self.isVisible():
             return
-        theme = self._look.theme
+        theme = self._style.theme
 
         def palette() -> Palette:
             from ui.review.figure_renderer import window_palette
@@ -198,7 +198,7 @@ class FigureView(QScrollArea):
         self.failed.emit(error)
 
     def _restyle(self) -> None:
-        self._page.setSpacing(self._look.px(6))
+        self._page.setSpacing(self._style.px(6))
         self._draw_timer.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -226,9 +226,9 @@ _MAX_VISIBLE_ROWS = 6
 class ReportTable(QWidget):
     """Shows one table with its caption; nothing while there is none."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._shown: DocumentTable | None = None
@@ -247,7 +247,7 @@ class ReportTable(QWidget):
         self._column.addWidget(create_label(table.caption, "label", wrap=True))
         widths = {place: self._width(table, place) for place in range(1, len(table.columns))}
         self.lines = FittedTableView(
-            self._look, table.caption, table.columns, stretch=0, widths=widths,
+            self._style, table.caption, table.columns, stretch=0, widths=widths,
             right=table.numeric, most=_MAX_VISIBLE_ROWS,
         )  # fmt: skip
         self.lines.show_rows(
@@ -257,9 +257,9 @@ class ReportTable(QWidget):
 
     def _width(self, table: DocumentTable, place: int) -> int:
         words = (table.columns[place], *(row[place] for row in table.rows))
-        metrics = QFontMetrics(self._look.font("body"))
+        metrics = QFontMetrics(self._style.font("body"))
         pixels = max(metrics.horizontalAdvance(one) for one in words)
-        return round(pixels / self._look.sizes.scale) + _COLUMN_PADDING
+        return round(pixels / self._style.sizes.scale) + _COLUMN_PADDING
 
 
 _LIST_WIDTH = 152
@@ -281,11 +281,11 @@ class FiguresLayout(QWidget):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         describe: Callable[[str, str], str],
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(0, 0, 0, 0)
         self.list = self._create_list()
@@ -293,23 +293,23 @@ class FiguresLayout(QWidget):
         self._column = QVBoxLayout()
         self._row.addLayout(self._column, 1)
         self._column.addWidget(self._create_bar())
-        self.table = ReportTable(look)
-        self.detail = create_label("", wrap=True, remarks_in=look)
+        self.table = ReportTable(style)
+        self.detail = create_label("", wrap=True, remarks_in=style)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.caption = create_label("", "hint", wrap=True, remarks_in=look)
+        self.caption = create_label("", "hint", wrap=True, remarks_in=style)
         below = (self.table, self.detail, self.caption)
-        self.view = FigureView(look, describe, tr("Figure"), below)
+        self.view = FigureView(style, describe, tr("Figure"), below)
         self._column.addWidget(self.view, 1)
         self.buttons = create_button_row(
-            look,
-            ActionButton(actions["review_exclude"], tr("Exclude / Include"), look),
-            ActionButton(actions["review_open_fit"], tr("Its fit"), look),
-            ActionButton(actions["review_figure_copy"], tr("Copy picture"), look),
-            ActionButton(actions["review_figure_copy_numbers"], tr("Copy numbers"), look),
-            ActionButton(actions["review_figure_save"], tr("Save as…"), look),
+            style,
+            ActionButton(actions["review_exclude"], tr("Exclude / Include"), style),
+            ActionButton(actions["review_open_fit"], tr("Its fit"), style),
+            ActionButton(actions["review_figure_copy"], tr("Copy picture"), style),
+            ActionButton(actions["review_figure_copy_numbers"], tr("Copy numbers"), style),
+            ActionButton(actions["review_figure_save"], tr("Save as…"), style),
         )
         self._column.addWidget(self.buttons)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _create_list(self) -> QListWidget:
@@ -329,8 +329,8 @@ class FiguresLayout(QWidget):
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         bar.setSizePolicy(policy)
-        self._bar = FlowLayout(bar, spacing=self._look.px(8))
-        self.figure_choice = LabeledComboBox(self._look, tr("Figure"))
+        self._bar = FlowLayout(bar, spacing=self._style.px(8))
+        self.figure_choice = LabeledComboBox(self._style, tr("Figure"))
         self.figure_choice.box.currentIndexChanged.connect(
             lambda _place: self.kind_chosen.emit(self.figure_choice.current_key)
         )
@@ -349,7 +349,7 @@ class FiguresLayout(QWidget):
     def show_options(self, options: Sequence[tuple[FigureOption, str]]) -> None:
         for option, key in options:
             if option.id not in self.choices:
-                choice = LabeledComboBox(self._look, option.title, letters=_COMBO_CHARACTERS)
+                choice = LabeledComboBox(self._style, option.title, letters=_COMBO_CHARACTERS)
                 choice.box.currentIndexChanged.connect(
                     lambda _place, name=option.id: self.option_chosen.emit(
                         name, self.choices[name].current_key
@@ -378,16 +378,16 @@ class FiguresLayout(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        wide = self.width() >= self._look.px(_WIDE_WIDTH)
+        wide = self.width() >= self._style.px(_WIDE_WIDTH)
         self.list.setVisible(wide)
         self.figure_choice.setVisible(not wide)
         # Their keys and the menu are still there.
-        self.buttons.setVisible(self.height() >= self._look.px(_MIN_TALL_HEIGHT))
+        self.buttons.setVisible(self.height() >= self._style.px(_MIN_TALL_HEIGHT))
 
     def _restyle(self) -> None:
-        look = self._look
-        self._row.setSpacing(look.px(12))
-        self._column.setSpacing(look.px(6))
-        self._bar.setSpacing(look.px(8))
-        self.list.setFixedWidth(look.px(_LIST_WIDTH))
+        style = self._style
+        self._row.setSpacing(style.px(12))
+        self._column.setSpacing(style.px(6))
+        self._bar.setSpacing(style.px(8))
+        self.list.setFixedWidth(style.px(_LIST_WIDTH))
         self._fit()

@@ -51,7 +51,7 @@ class FiguresPage(ReviewStepPage):
 
     def __init__(self, context: ReviewContext) -> None:
         super().__init__(context, tr("Figures"))
-        actions, look, selection = context.actions, context.look, context.selection
+        actions, style, selection = context.actions, context.style, context.selection
         self._data: FigureData | None = None
         self._chosen: dict[str, str] = {}
         self._undo_stack = UndoStack(self)
@@ -59,7 +59,7 @@ class FiguresPage(ReviewStepPage):
         self._computations = FigureComputations(context.begin_job, self)
         self.kind: FigureKind = FIGURE_KINDS[0]
         self._column = QVBoxLayout(self)
-        self.frame = FiguresLayout(actions, look, self._describe)
+        self.frame = FiguresLayout(actions, style, self._describe)
         self._column.addWidget(self.frame)
         self.frame.kind_chosen.connect(self.show_kind)
         self.frame.option_chosen.connect(self._choose)
@@ -76,7 +76,7 @@ class FiguresPage(ReviewStepPage):
         self._computations.changed.connect(self._computations_changed)
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
         self.show_outcome(None)
 
@@ -126,7 +126,7 @@ class FiguresPage(ReviewStepPage):
         )
         return StepStatus(state="plain", text=words)
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         (self.view if self._data is not None else self.frame.list).setFocus()
 
     # The run

@@ -35,7 +35,7 @@ class GradeDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         name: str,
         maneuver: DetectedManeuver,
         parent: QWidget | None = None,
@@ -47,7 +47,7 @@ class GradeDialog(FormDialog):
                 "move; unfit (D) excludes it from estimates."
             ).format(name=name, grade=maneuver.grade),
             tr("Grade"),
-            look,
+            style,
             parent,
         )
         self.choice = QComboBox()
@@ -90,7 +90,7 @@ class ManeuversPage(ReviewStepPage):
         self.opening = self.flights.opening
         self.catalog_writer = CatalogWriter(lambda: catalog_path(store.current), self)
         self.editing = ManeuverEditor(self.flights, review, selection, self.catalog_writer, self)
-        self.maneuvers_panel = view = ManeuversPanel(context.actions, context.look)
+        self.maneuvers_panel = view = ManeuversPanel(context.actions, context.style)
         self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
         self.panel, self.channels, self.table = view.panel, view.channels, view.table
         column = QVBoxLayout(self)
@@ -204,7 +204,7 @@ class ManeuversPage(ReviewStepPage):
     def show_restored(self) -> None:
         """Nothing to do: the editor tells what changed."""
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         known = self.flights.flight is not None
         (self.timeline if known else self.panel.buttons["review_add_folder"]).setFocus()
 
@@ -307,7 +307,7 @@ class ManeuversPage(ReviewStepPage):
 
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:
-            self.begin()
+            self.set_initial_focus()
         self._notify_change()
 
     def _notify_change(self) -> None:

@@ -49,15 +49,15 @@ class ChannelToggles(QWidget):
     selection_changed = Signal(object)
     """The channels to be shown, whether measured in this flight or not."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(look.px(6))
+        column.setSpacing(style.px(6))
         column.addWidget(create_label(tr("Channels"), "heading"))
         holder = QWidget()
-        flow = FlowLayout(holder, spacing=look.px(10))
+        flow = FlowLayout(holder, spacing=style.px(10))
         self.boxes: dict[str, QCheckBox] = {}
         for name in TIMELINE_CHANNELS:
             spec = channel(name)
@@ -68,12 +68,12 @@ class ChannelToggles(QWidget):
             flow.addWidget(box)
             self.boxes[name] = box
         column.addWidget(holder)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
         for name, box in self.boxes.items():
-            color = self._look.theme.trace(trace_color(name))
+            color = self._style.theme.trace(trace_color(name))
             box.setStyleSheet(f"QCheckBox {{ color: {color}; font-weight: 600; }}")
 
     def set_selected_channels(self, channels: Collection[str]) -> None:
@@ -96,9 +96,9 @@ class ChannelToggles(QWidget):
 class ManeuverDetails(QWidget):
     """Title, grade with its reasons, remarks; while an edge is dragged what it would be."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._row: ManeuverRow | None = None
         self._hint = ""
         self._nothing = tr("No maneuver is chosen")
@@ -107,7 +107,7 @@ class ManeuverDetails(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column
         holder = QWidget()
-        self._line = FlowLayout(holder, spacing=look.px(12))
+        self._line = FlowLayout(holder, spacing=style.px(12))
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         holder.setSizePolicy(policy)
@@ -117,20 +117,20 @@ class ManeuverDetails(QWidget):
         for one in (self.title, self.grade, self.times):
             self._line.addWidget(one)
         column.addWidget(holder)
-        self.reasons = create_label("", wrap=True, remarks_in=look)
+        self.reasons = create_label("", wrap=True, remarks_in=style)
         self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         column.addWidget(self.reasons)
-        self.remarks = create_label("", "muted", wrap=True, remarks_in=look)
+        self.remarks = create_label("", "muted", wrap=True, remarks_in=style)
         column.addWidget(self.remarks)
         self.message = FieldMessage()
         column.addWidget(self.message)
         self.message.hide()
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        self._column.setSpacing(self._look.px(2))
-        self._line.setSpacing(self._look.px(12))
+        self._column.setSpacing(self._style.px(2))
+        self._line.setSpacing(self._style.px(12))
         self.show_row(self._row, self._hint)
 
     def show_row(self, row: ManeuverRow | None, hint: str = "") -> None:
@@ -160,7 +160,7 @@ class ManeuverDetails(QWidget):
             self.grade.setProperty("state", state)
             repolish(self.grade)
         self.times.setText(times_text(maneuver))
-        condition = condition_text(maneuver, self._look.units)
+        condition = condition_text(maneuver, self._style.units)
         self.reasons.setText(f"{reasons_text(maneuver)} {condition}".strip())
         words = f"{self.title.text()}, {self.grade.text()}, {self.times.text()}. "
         self.setAccessibleDescription(words + self.reasons.text())
@@ -179,31 +179,31 @@ class FlightsPanel(QWidget):
 
     flight_selected = Signal(int)
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+    def __init__(self, actions: Mapping[str, QAction], style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         self._column = column
         column.addWidget(create_label(tr("Flights"), "heading"))
-        self.flights = BoxedListView(look, tr("Flights under review"))
+        self.flights = BoxedListView(style, tr("Flights under review"))
         self.flights.row_changed.connect(self.flight_selected.emit)
         column.addWidget(self.flights)
-        self.status = create_label("", "muted", wrap=True, remarks_in=look)
+        self.status = create_label("", "muted", wrap=True, remarks_in=style)
         column.addWidget(self.status)
         self.buttons: dict[str, QPushButton] = {}
         names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out",
                  "review_trial")  # fmt: skip
         for name in names:
             self.buttons[name] = create_command_button(actions[name])
-        column.addWidget(create_button_row(look, *self.buttons.values()))
+        column.addWidget(create_button_row(style, *self.buttons.values()))
         column.addStretch(1)
         self.flights.deleted.connect(lambda _key: actions["review_take_out"].trigger())
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
-        self._column.setSpacing(self._look.px(6))
+        self._column.setSpacing(self._style.px(6))
 
     def show_flights(self, review: Review, place: int, doing: str) -> None:
         """Show the flights, one of them chosen, and what is being opened."""
@@ -287,7 +287,7 @@ _BUTTONS = (
 class ManeuverToolbar(QWidget):
     """Buttons of the commands, and whether the maneuver takes part in estimates."""
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+    def __init__(self, actions: Mapping[str, QAction], style: DisplayStyle) -> None:
         super().__init__()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -299,15 +299,15 @@ class ManeuverToolbar(QWidget):
             button = create_command_button(actions[name], quiet=True)
             button.setText(tr(words))
             self.buttons[name] = button
-        self._look = look
-        column.addWidget(create_button_row(look, *self.buttons.values(), self.use))
+        self._style = style
+        column.addWidget(create_button_row(style, *self.buttons.values(), self.use))
 
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
         # As high as the buttons beside it.
-        self.use.setMinimumHeight(self._look.px(30))
+        self.use.setMinimumHeight(self._style.px(30))
 
     def set_in_use(self, used: bool | None) -> None:
         self.use.setEnabled(used is not None)
@@ -326,18 +326,18 @@ _MENU_COMMANDS = (
 class ManeuversPanel(ScrollingPage):
     """All parts of the page; it scrolls where the window is small for its scale."""
 
-    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+    def __init__(self, actions: Mapping[str, QAction], style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
-        self.details = ManeuverDetails(look)
-        self.timeline = Timeline(look)
-        self.bar = ManeuverToolbar(actions, look)
-        self.panel = FlightsPanel(actions, look)
-        self.channels = ChannelToggles(look)
-        self.table = ManeuversTable(look, [actions[name] for name in _MENU_COMMANDS])
+        self._style = style
+        self.details = ManeuverDetails(style)
+        self.timeline = Timeline(style)
+        self.bar = ManeuverToolbar(actions, style)
+        self.panel = FlightsPanel(actions, style)
+        self.channels = ChannelToggles(style)
+        self.table = ManeuversTable(style, [actions[name] for name in _MENU_COMMANDS])
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         # What one works on stands first, also where the window is narrow.
-        pair = StackingColumns(look, (7, 2))
+        pair = StackingColumns(style, (7, 2))
         pair.left.addWidget(self.details)
         pair.left.addWidget(self.timeline, 1)
         pair.left.addWidget(self.bar)
@@ -347,11 +347,11 @@ class ManeuversPanel(ScrollingPage):
         self.column.addWidget(self.table, 1)
         self._rest = QWidget()
         pair.left.addWidget(self._rest, 1)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self.column.setContentsMargins(px(16), px(10), px(16), px(10))
         self.column.setSpacing(px(8))
 

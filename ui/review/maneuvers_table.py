@@ -177,16 +177,18 @@ class ManeuversTable(TableRowView):
     noted = Signal(str, str)
     used = Signal(str, bool)
 
-    def __init__(self, look: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
+    def __init__(self, style: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
         self._given: tuple[ManeuverRow, ...] = ()
         places = enumerate(MANEUVER_COLUMNS)
         model = TableRowModel(
-            look,
+            style,
             [column.title for column in MANEUVER_COLUMNS],
             right=frozenset(place for place, column in places if column.is_right_aligned),
             editable=frozenset(COLUMN_INDEXES[name] for name in EDITABLE_COLUMNS),
         )
-        super().__init__(model, look, tr("Maneuvers"), wrap=False, row_height=30, commands=commands)
+        super().__init__(
+            model, style, tr("Maneuvers"), wrap=False, row_height=30, commands=commands
+        )
         self.setSortingEnabled(True)
         self.sortByColumn(COLUMN_INDEXES["id"], Qt.SortOrder.AscendingOrder)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
@@ -199,14 +201,14 @@ class ManeuversTable(TableRowView):
 
     def _restyle(self) -> None:
         super()._restyle()
-        self.setMinimumHeight(self._look.px(_MIN_HEIGHT))
+        self.setMinimumHeight(self._style.px(_MIN_HEIGHT))
         self.show_rows(self._given)
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(320), self._look.px(_MIN_HEIGHT))
+        return QSize(self._style.px(320), self._style.px(_MIN_HEIGHT))
 
     def _fit_columns(self) -> None:
-        px = self._look.px
+        px = self._style.px
         several = len({row.flight_number for row in self._given}) > 1
         told = any(row.verdict is not None for row in self._given)
         self.setColumnHidden(COLUMN_INDEXES["flight"], not several)
@@ -224,18 +226,18 @@ class ManeuversTable(TableRowView):
 
     def _id_width(self) -> int:
         """Return the width that the longest id needs, as far as it leaves room for the rest."""
-        letters = QFontMetrics(self._look.font("body", strong=True))
+        letters = QFontMetrics(self._style.font("body", strong=True))
         wide = max((letters.horizontalAdvance(row.id) for row in self._given), default=0)
-        least = self._look.px(MANEUVER_COLUMNS[COLUMN_INDEXES["id"]].width)
+        least = self._style.px(MANEUVER_COLUMNS[COLUMN_INDEXES["id"]].width)
         most = max(self.viewport().width() // 4, least)
-        return min(max(wide + self._look.px(_PADDING), least), most)
+        return min(max(wide + self._style.px(_PADDING), least), most)
 
     # Rows
 
     def show_rows(self, rows: Sequence[ManeuverRow]) -> None:
         """Show other rows; those selected stay selected, and what is being typed goes on."""
         self._given = tuple(rows)
-        units = self._look.units
+        units = self._style.units
         details = {place: tr(one.hint or one.title) for place, one in enumerate(MANEUVER_COLUMNS)}
         self._is_quiet = True
         self.row_model.set_titles([one.heading(units) for one in MANEUVER_COLUMNS], details)

@@ -33,7 +33,7 @@ class OnboardLogController(QObject):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         report_error: Callable[[BaseException], None],
@@ -43,7 +43,7 @@ class OnboardLogController(QObject):
         job_runner: JobRunner | None = None,
     ) -> None:
         super().__init__(parent)
-        self._look = look
+        self._style = style
         self._store = store
         self._banners = banners
         self._flights = flights
@@ -73,7 +73,7 @@ class OnboardLogController(QObject):
         if not flights:
             return
         dialog = OnboardLogDialog(
-            self._look, flights, self._store.current.links, parse_log_link, named_serial_ports,
+            self._style, flights, self._store.current.links, parse_log_link, named_serial_ports,
             self._parent.window(),
         )  # fmt: skip
         if dialog.exec():

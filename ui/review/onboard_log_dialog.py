@@ -61,7 +61,7 @@ class OnboardLogDialog(FormDialog):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         flights: Sequence[FlightLogs],
         links: Sequence[str],
         parse: Callable[[str], LinkAddress],
@@ -75,7 +75,7 @@ class OnboardLogDialog(FormDialog):
                 "grades and maneuvers stay."
             ),
             tr("Apply"),
-            look,
+            style,
             parent,
         )
         self._flights = tuple(flights)
@@ -87,9 +87,9 @@ class OnboardLogDialog(FormDialog):
         self.origin = QComboBox()
         self.verdict = FieldMessage()
         self.add_row(tr("Log"), self.origin, self.verdict)
-        self.file = ExistingFileField(tr("Log file"), look)
+        self.file = ExistingFileField(tr("Log file"), style)
         at_work = [one.link for one in self._flights if one.link]
-        self.link = LinkField(list(dict.fromkeys([*at_work, *links])), parse, list_ports, look)
+        self.link = LinkField(list(dict.fromkeys([*at_work, *links])), parse, list_ports, style)
         self._pages = QStackedWidget()
         self._pages.addWidget(_align_to_top(self.file))
         self._pages.addWidget(self.link)

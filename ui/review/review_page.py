@@ -51,13 +51,13 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         error_reporter: ErrorReporter,
         job_runner: JobRunner | None = None,
     ) -> None:
-        super().__init__(tr("Review"), actions, look, store, banners, tr("work"), "review_cancel")
+        super().__init__(tr("Review"), actions, style, store, banners, tr("work"), "review_cancel")
         self._error_reporter = error_reporter
         self._review: Review | None = None
         self._maneuvers_page: ManeuversPage | None = None
@@ -68,7 +68,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
         self.selection = ReviewSelection(self)
         self.work = JobQueue(job_runner or create_review_job_runner(), error_reporter.report, self)
         self.onboard = OnboardLogController(
-            look, store, banners, error_reporter.report, self._reviewed, self._opened, self
+            style, store, banners, error_reporter.report, self._reviewed, self._opened, self
         )
         self.onboard.log_applied.connect(self._samples_changed)
         self.onboard.changed.connect(self.changed)
@@ -115,7 +115,7 @@ class ReviewPage(MultiStepPage[ReviewStepPage], JobPage):
 
     def _make(self, step_id: str) -> ReviewStepPage:
         context = ReviewContext(
-            actions=self._actions, look=self._look, store=self._store, selection=self.selection,
+            actions=self._actions, style=self._style, store=self._store, selection=self.selection,
             begin_job=self.work.submit, report_error=self._error_reporter.report,
         )  # fmt: skip
         if step_id == "maneuvers":

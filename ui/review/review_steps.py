@@ -75,7 +75,7 @@ class ReviewContext:
     """What all chapters work with: commands, colors, settings, what is chosen, who does jobs."""
 
     actions: Mapping[str, QAction]
-    look: DisplayStyle
+    style: DisplayStyle
     store: SettingsStore
     selection: ReviewSelection
     begin_job: JobSubmitter
@@ -98,7 +98,7 @@ class ReviewStepPage(AbstractStepPage):
     """One chapter of the review."""
 
     def __init__(self, context: ReviewContext, name: str) -> None:
-        super().__init__(context.look, name)
+        super().__init__(context.style, name)
         self._actions = context.actions
         self._store = context.store
         self._selection = context.selection

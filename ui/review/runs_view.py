@@ -161,10 +161,10 @@ class RunsView(QWidget):
     focused = Signal()
 
     def __init__(
-        self, actions: Mapping[str, QAction], look: DisplayStyle, run_store: RunStore
+        self, actions: Mapping[str, QAction], style: DisplayStyle, run_store: RunStore
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._run_store = run_store
         self._shown: int | None = None
         self._pending_number: int | None = None
@@ -173,26 +173,26 @@ class RunsView(QWidget):
         self._column.setContentsMargins(0, 0, 0, 0)
         self.empty = create_label(tr(_NO_RUNS_TEXT), "muted", wrap=True)
         self.list = _RunList(
-            look, tr("Saved runs"), _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
+            style, tr("Saved runs"), _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
             least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
         )  # fmt: skip
         self.buttons = create_button_row(
-            look,
-            ActionButton(actions["review_repeat"], tr("Repeat exactly"), look),
-            ActionButton(actions["review_use"], tr("Use its settings"), look),
-            ActionButton(actions["review_mark"], tr("Mark to compare"), look),
-            ActionButton(actions["review_name"], tr("Name"), look),
-            ActionButton(actions["review_forget"], tr("Delete"), look),
+            style,
+            ActionButton(actions["review_repeat"], tr("Repeat exactly"), style),
+            ActionButton(actions["review_use"], tr("Use its settings"), style),
+            ActionButton(actions["review_mark"], tr("Mark to compare"), style),
+            ActionButton(actions["review_name"], tr("Name"), style),
+            ActionButton(actions["review_forget"], tr("Delete"), style),
         )
-        self.message = create_label("", wrap=True, remarks_in=look)
+        self.message = create_label("", wrap=True, remarks_in=style)
         self.message.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.values = FittedTableView(
-            look, tr("Values of the run"), _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
-            right=frozenset({1, 2, 3}), most=12,
+            style, tr("Values of the run"), _VALUE_TITLES, stretch=0,
+            widths={1: 164, 2: 164, 3: 96}, right=frozenset({1, 2, 3}), most=12,
         )  # fmt: skip
         self.settings = FittedTableView(
-            look, tr("Settings of the run"), _SETTING_TITLES, stretch=1, widths={0: 140, 2: 160},
+            style, tr("Settings of the run"), _SETTING_TITLES, stretch=1, widths={0: 140, 2: 160},
             most=10,
         )  # fmt: skip
         heading = create_label(tr("Saved runs"), "heading")
@@ -206,12 +206,12 @@ class RunsView(QWidget):
         self.list.focused.connect(self.focused)
         self.list.row_model.edited.connect(self._renamed)
         run_store.changed.connect(self.refresh)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
         self.refresh()
 
     def _fit(self) -> None:
-        self._column.setSpacing(self._look.px(8))
+        self._column.setSpacing(self._style.px(8))
 
     @property
     def current_run(self) -> StoredRun | None:

@@ -58,10 +58,10 @@ class LinearModelsPanel(QWidget):
     """Modes and errors of the linear models."""
 
     def __init__(
-        self, look: DisplayStyle, actions: Mapping[str, QAction], begin_job: JobSubmitter
+        self, style: DisplayStyle, actions: Mapping[str, QAction], begin_job: JobSubmitter
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._outcome: RunOutcome | None = None
         self._is_requested = False
         self._needs = FigureComputations(begin_job, self)
@@ -69,16 +69,16 @@ class LinearModelsPanel(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self.modes = FittedTableView(
-            look, tr("Modes of the linear models"), MODE_TITLES, stretch=0,
+            style, tr("Modes of the linear models"), MODE_TITLES, stretch=0,
             widths={1: 84, 2: 80, 3: 124}, right=frozenset({1, 2, 3}), least=2, most=8,
         )  # fmt: skip
-        self.no_modes = create_label("", "muted", wrap=True, remarks_in=look)
-        self.compared = create_label("", "muted", wrap=True, remarks_in=look)
+        self.no_modes = create_label("", "muted", wrap=True, remarks_in=style)
+        self.compared = create_label("", "muted", wrap=True, remarks_in=style)
         self.errors = FittedTableView(
-            look, tr("Errors of the linear models"), ERROR_TITLES, stretch=0,
+            style, tr("Errors of the linear models"), ERROR_TITLES, stretch=0,
             widths={1: 96, 2: 84, 3: 88}, right=frozenset({1, 2, 3}), least=2, most=16,
         )  # fmt: skip
-        self.button = ActionButton(actions["review_compare"], tr("Compare with flight"), look)
+        self.button = ActionButton(actions["review_compare"], tr("Compare with flight"), style)
         add_widgets(
             self._column,
             create_label(tr("Linear models from the means: modes"), "strong", wrap=True),
@@ -87,13 +87,13 @@ class LinearModelsPanel(QWidget):
             create_label(tr("Linear models against flight"), "strong", wrap=True),
             self.compared,
             self.errors,
-            create_button_row(look, self.button),
+            create_button_row(style, self.button),
         )
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        self._column.setSpacing(self._look.px(8))
+        self._column.setSpacing(self._style.px(8))
 
     @property
     def comparison(self) -> LinearModelValidation | None:
@@ -147,15 +147,15 @@ class SummaryPage(ReviewStepPage):
 
     def __init__(self, context: ReviewContext) -> None:
         super().__init__(context, tr("Summary"))
-        look, selection = context.look, context.selection
+        style, selection = context.style, context.selection
         self._outcome: RunOutcome | None = None
-        self.linear = LinearModelsPanel(look, context.actions, context.begin_job)
+        self.linear = LinearModelsPanel(style, context.actions, context.begin_job)
         self.writer = SummaryExporter(context.store, context.begin_job, self)
         self.writer.status_reported.connect(self._show_message)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
         self.show_outcome(None)
 
@@ -212,10 +212,10 @@ class SummaryPage(ReviewStepPage):
         add_widgets(self._pair.right, self.attention_heading, self.attention)
 
     def _writing(self) -> None:
-        look, actions = self.display_style, self._actions
-        self.file = LabeledComboBox(look, tr("One file"), letters=24)
+        style, actions = self.display_style, self._actions
+        self.file = LabeledComboBox(style, tr("One file"), letters=24)
         self.buttons = {
-            name: ActionButton(actions[name], words, look)
+            name: ActionButton(actions[name], words, style)
             for name, words in (
                 ("review_report", tr("Report…")),
                 ("review_everything", tr("Everything in a folder…")),
@@ -231,10 +231,10 @@ class SummaryPage(ReviewStepPage):
         add_widgets(
             self._pair.right,
             create_label(tr("Export"), "strong"),
-            create_button_row(look, *(self.buttons[name] for name in first)),
-            create_button_row(look, self.file, self.buttons["review_file"]),
+            create_button_row(style, *(self.buttons[name] for name in first)),
+            create_button_row(style, self.file, self.buttons["review_file"]),
             self.message,
-            create_button_row(look, self.buttons["review_open_written"]),
+            create_button_row(style, self.buttons["review_open_written"]),
         )
         self.message.hide()
         self.buttons["review_open_written"].hide()
@@ -307,7 +307,7 @@ class SummaryPage(ReviewStepPage):
 
     # Showing
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         self.table.setFocus()
         if not self.table.currentIndex().isValid() and self.table.row_model.rows:
             self.table.setCurrentIndex(self.table.row_model.index(0, 0))

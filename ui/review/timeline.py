@@ -49,8 +49,8 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     drag_cancelled = Signal()
     deleted = Signal()
 
-    def __init__(self, look: DisplayStyle) -> None:
-        super().__init__(look)
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__(style)
         self._drag: _Drag | None = None
         self._reads = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -63,7 +63,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     # Mouse
 
     def _edge_at(self, x: float) -> _Drag | None:
-        scale, reach = self.scale, self._look.px(_EDGE_HIT_DISTANCE)
+        scale, reach = self.scale, self._style.px(_EDGE_HIT_DISTANCE)
         ordered = sorted(self._spans, key=lambda span: span.id != self._name)
         for span in ordered:
             near = [
@@ -123,7 +123,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         self.set_pointer(self.scale.time(at.x()) if known else None)
         if drag is None or not event.buttons() & Qt.MouseButton.LeftButton:
             plot = self.regions.plot
-            over = plot.top() - self._look.px(20) <= at.y() <= plot.bottom()
+            over = plot.top() - self._style.px(20) <= at.y() <= plot.bottom()
             edge = over and self._traces is not None and self._edge_at(at.x()) is not None
             shape = Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor
             self.setCursor(shape)
@@ -133,7 +133,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             return
         time = min(max(self.scale.time(at.x()), self.view.first), self.view.last)
         if drag.what == "stretch":
-            if abs(self.scale.x(drag.anchor) - at.x()) > self._look.px(_EDGE_HIT_DISTANCE):
+            if abs(self.scale.x(drag.anchor) - at.x()) > self._style.px(_EDGE_HIT_DISTANCE):
                 self.mark_segment((min(drag.anchor, time), max(drag.anchor, time)))
             return
         self._drag_edge(drag, time)
@@ -162,7 +162,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             self.edge_moved.emit(held.id, held.start, held.stop)
         elif drag is not None and drag.what == "stretch":
             place = self.scale.x(drag.anchor)
-            if abs(place - event.position().x()) <= self._look.px(_EDGE_HIT_DISTANCE):
+            if abs(place - event.position().x()) <= self._style.px(_EDGE_HIT_DISTANCE):
                 self.mark_segment(None)
         self.update()
 

@@ -161,7 +161,7 @@ class TimeScale:
 
 def draw_span(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     span: TimelineSpan,
     scale: TimeScale,
     box: QRectF,
@@ -173,42 +173,42 @@ def draw_span(
     if right < box.left() or left > box.right():
         return
     place = QRectF(left, box.top(), max(right - left, 2.0), box.height())
-    theme = look.theme
+    theme = style.theme
     strong = mix_colors(theme.plot, theme.traces["blue"], 0.24)
-    painter.fillRect(place, strong if chosen else look.color("span"))
+    painter.fillRect(place, strong if chosen else style.color("span"))
     if not span.used:
-        hatch = QColor(look.color("span_edge"))
+        hatch = QColor(style.color("span_edge"))
         hatch.setAlphaF(0.45)
         painter.fillRect(place, QBrush(hatch, Qt.BrushStyle.BDiagPattern))
-    painter.setPen(QPen(look.color("span_edge"), 1))
+    painter.setPen(QPen(style.color("span_edge"), 1))
     for x in (left, right):
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
 
 def draw_edges(
-    painter: QPainter, look: DisplayStyle, start: float, stop: float, scale: TimeScale, box: QRectF
+    painter: QPainter, style: DisplayStyle, start: float, stop: float, scale: TimeScale, box: QRectF
 ) -> None:
     """Draw the edges of the chosen maneuver with the grips by which they are dragged."""
-    ink = look.color("accent")
-    wide, high = look.px(_HANDLE_SIZE[0]), look.px(_HANDLE_SIZE[1])
+    ink = style.color("accent")
+    wide, high = style.px(_HANDLE_SIZE[0]), style.px(_HANDLE_SIZE[1])
     for time in (start, stop):
         x = scale.x(time)
         if not box.left() - wide <= x <= box.right() + wide:
             continue
-        painter.setPen(QPen(ink, max(look.px(2), 2)))
+        painter.setPen(QPen(ink, max(style.px(2), 2)))
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         grip = QRectF(x - wide / 2, box.center().y() - high / 2, wide, high)
-        painter.setPen(QPen(look.color("panel"), 1))
+        painter.setPen(QPen(style.color("panel"), 1))
         painter.setBrush(ink)
         painter.drawRoundedRect(grip, wide / 2, wide / 2)
         painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
 def draw_inputs(
-    painter: QPainter, look: DisplayStyle, span: TimelineSpan, scale: TimeScale, box: QRectF
+    painter: QPainter, style: DisplayStyle, span: TimelineSpan, scale: TimeScale, box: QRectF
 ) -> None:
     """Draw when the surfaces of a maneuver began to move and when the last one was back."""
-    pen = QPen(look.color("span_edge"), 1, Qt.PenStyle.DotLine)
+    pen = QPen(style.color("span_edge"), 1, Qt.PenStyle.DotLine)
     painter.setPen(pen)
     for time in (span.t_input, span.t_input_end):
         if np.isfinite(time) and span.start < time < span.stop:
@@ -218,56 +218,61 @@ def draw_inputs(
 
 def draw_segment(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     stretch: tuple[float, float],
     scale: TimeScale,
     box: QRectF,
 ) -> None:
     """Draw the stretch that was marked to become a maneuver."""
     left, right = (scale.x(time) for time in stretch)
-    color = look.color("target")
+    color = style.color("target")
     fill = QColor(color)
     fill.setAlphaF(0.18)
     painter.fillRect(QRectF(left, box.top(), right - left, box.height()), fill)
-    painter.setPen(QPen(color, max(look.px(2), 2), Qt.PenStyle.DashLine))
+    painter.setPen(QPen(color, max(style.px(2), 2), Qt.PenStyle.DashLine))
     for x in (left, right):
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
 
 def draw_pointer(
-    painter: QPainter, look: DisplayStyle, time: float, scale: TimeScale, plot: QRectF, axis: QRectF
+    painter: QPainter,
+    style: DisplayStyle,
+    time: float,
+    scale: TimeScale,
+    plot: QRectF,
+    axis: QRectF,
 ) -> None:
     """Draw where the mouse is, with the time below."""
     x = scale.x(time)
-    painter.setPen(QPen(look.color("muted"), 1))
+    painter.setPen(QPen(style.color("muted"), 1))
     painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))
-    font = look.font("label", strong=True)
+    font = style.font("label", strong=True)
     text = clock_text(time, decimals=2)
-    wide = QFontMetricsF(font).horizontalAdvance(text) + look.px(8)
+    wide = QFontMetricsF(font).horizontalAdvance(text) + style.px(8)
     left = min(max(x - wide / 2.0, axis.left()), axis.right() - wide)
     place = QRectF(left, axis.top() + 1, wide, axis.height() - 1)
-    painter.fillRect(place, look.color("background"))
+    painter.fillRect(place, style.color("background"))
     painter.setFont(font)
-    painter.setPen(look.color("text"))
+    painter.setPen(style.color("text"))
     painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
 
 
 def draw_labels(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     spans: Sequence[TimelineSpan],
     scale: TimeScale,
     lane: QRectF,
     chosen: str,
 ) -> None:
     """Write id and grade above the charts: of the chosen span, of others where there is room."""
-    strong, plain = look.font("label", strong=True), look.font("label")
+    strong, plain = style.font("label", strong=True), style.font("label")
     taken: list[QRectF] = []
     for span in sorted(spans, key=lambda one: (one.id != chosen, one.start)):
         if span.stop <= scale.start or span.start >= scale.stop:
             continue
         metrics = QFontMetricsF(strong if span.id == chosen else plain)
-        wide = metrics.horizontalAdvance(span.label) + look.px(8)
+        wide = metrics.horizontalAdvance(span.label) + style.px(8)
         left = max(scale.x(span.start), lane.left())
         if span.id == chosen:
             wide = min(wide, lane.width())
@@ -282,20 +287,20 @@ def draw_labels(
         place = QRectF(left, lane.top(), wide, lane.height())
         words = metrics.elidedText(span.label, Qt.TextElideMode.ElideMiddle, wide)
         painter.setFont(strong if span.id == chosen else plain)
-        painter.setPen(look.state_color(GRADE_STATES[span.grade]))
+        painter.setPen(style.state_color(GRADE_STATES[span.grade]))
         painter.drawText(place, Qt.AlignmentFlag.AlignCenter, words)
         taken.append(place)
 
 
-def draw_frame(painter: QPainter, look: DisplayStyle, box: QRectF) -> None:
+def draw_frame(painter: QPainter, style: DisplayStyle, box: QRectF) -> None:
     """Draw the frame of a chart."""
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(look.color("axis"), 1))
+    painter.setPen(QPen(style.color("axis"), 1))
     painter.drawRect(box)
 
 
 def draw_overview_curve(
-    painter: QPainter, look: DisplayStyle, traces: Traces, name: str, scale: TimeScale, box: QRectF
+    painter: QPainter, style: DisplayStyle, traces: Traces, name: str, scale: TimeScale, box: QRectF
 ) -> None:
     """Draw one channel of the whole flight in gray, as high as the box."""
     times, values = traces.line(name, scale.start, scale.stop, round(box.width()))
@@ -304,13 +309,13 @@ def draw_overview_curve(
         return
     low, span = float(finite.min()), float(np.ptp(finite))
     heights = box.bottom() - 3.0 - (box.height() - 6.0) * (values - low) / span
-    painter.setPen(QPen(look.color("previous"), max(look.px(1.5), 1)))
+    painter.setPen(QPen(style.color("previous"), max(style.px(1.5), 1)))
     painter.drawPath(pyqtgraph.arrayToQPath(scale.positions(times), heights, connect="finite"))
 
 
 def draw_chart(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     chart: TimelineChart,
     scale: TimeScale,
     box: QRectF,
@@ -322,23 +327,23 @@ def draw_chart(
     def y_of(value: float) -> float:
         return box.bottom() - gain * (value - chart.low)
 
-    grid = QColor(look.color("axis"))
+    grid = QColor(style.color("axis"))
     grid.setAlphaF(0.35)
     painter.setPen(QPen(grid, 1))
     for time in multiples(scale.start, scale.stop, tick):
         x = scale.x(time)
         painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
     ticks = value_ticks(
-        chart.low, chart.high, box.height(), 1.0, _TICK_SPACING * look.sizes.scale, most=5
+        chart.low, chart.high, box.height(), 1.0, _TICK_SPACING * style.sizes.scale, most=5
     )
     for value in ticks:
         painter.drawLine(QPointF(box.left(), y_of(value)), QPointF(box.right(), y_of(value)))
     painter.save()
     painter.setClipRect(box)
     for line in chart.lines:
-        pen = QPen(QColor(look.theme.trace(line.color)))
-        wide = look.theme.line_width * look.sizes.scale * 0.75
-        pen.setWidthF(max(wide, 1.0) if not line.is_min_max else max(round(look.sizes.scale), 1))
+        pen = QPen(QColor(style.theme.trace(line.color)))
+        wide = style.theme.line_width * style.sizes.scale * 0.75
+        pen.setWidthF(max(wide, 1.0) if not line.is_min_max else max(round(style.sizes.scale), 1))
         pen.setCosmetic(True)
         painter.setPen(pen)
         # Many columns of extremes look alike with hard edges, and are drawn ten times as fast.
@@ -349,47 +354,47 @@ def draw_chart(
         )  # fmt: skip
         painter.drawPath(path)
     painter.restore()
-    _draw_ticks(painter, look, ticks, y_of, box)
+    _draw_ticks(painter, style, ticks, y_of, box)
 
 
 def _draw_ticks(
     painter: QPainter,
-    look: DisplayStyle,
+    style: DisplayStyle,
     ticks: Sequence[float],
     y_of: Callable[[float], float],
     box: QRectF,
 ) -> None:
-    painter.setFont(look.font("label"))
-    painter.setPen(look.color("muted"))
+    painter.setFont(style.font("label"))
+    painter.setPen(style.color("muted"))
     high = QFontMetricsF(painter.font()).height()
     step = min((abs(b - a) for a, b in pairwise(ticks)), default=1.0)
     for value in ticks:
         middle = min(max(y_of(value), box.top() + high / 2), box.bottom() - high / 2)
-        place = QRectF(0.0, middle - high / 2, box.left() - look.px(6), high)
+        place = QRectF(0.0, middle - high / 2, box.left() - style.px(6), high)
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(place, side, number_text(value, step_decimals(step)))
 
 
 def draw_curve_names(
-    painter: QPainter, look: DisplayStyle, chart: TimelineChart, box: QRectF, names: Sequence[str]
+    painter: QPainter, style: DisplayStyle, chart: TimelineChart, box: QRectF, names: Sequence[str]
 ) -> None:
     """Write a name for each line in its color, and the unit, each letter with a rim of the ground.
 
     A whole ground would hide the lines behind it, at large sizes of text half a minute of them.
     """
-    font = look.font("label", strong=True)
+    font = style.font("label", strong=True)
     painter.setFont(font)
     metrics = QFontMetricsF(font)
-    gap = look.px(6)
+    gap = style.px(6)
     texts = [
-        (name, QColor(look.theme.trace(line.color)))
+        (name, QColor(style.theme.trace(line.color)))
         for name, line in zip(names, chart.lines, strict=True)
     ]
-    texts.append((f"[{chart.unit}]", look.color("muted")))
-    rim = QPen(look.color("panel"), look.px(_OUTLINE_WIDTH), j=Qt.PenJoinStyle.RoundJoin)
+    texts.append((f"[{chart.unit}]", style.color("muted")))
+    rim = QPen(style.color("panel"), style.px(_OUTLINE_WIDTH), j=Qt.PenJoinStyle.RoundJoin)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    x, foot = box.left() + 1 + gap, box.top() + 1 + metrics.ascent() + look.px(1)
+    x, foot = box.left() + 1 + gap, box.top() + 1 + metrics.ascent() + style.px(1)
     for text, color in texts:
         letters = QPainterPath()
         letters.addText(QPointF(x, foot), font, text)
@@ -401,15 +406,15 @@ def draw_curve_names(
 
 
 def draw_timeline_axis(
-    painter: QPainter, look: DisplayStyle, scale: TimeScale, box: QRectF, tick: float
+    painter: QPainter, style: DisplayStyle, scale: TimeScale, box: QRectF, tick: float
 ) -> None:
     """Write the flight times below the charts."""
-    font = look.font("label")
+    font = style.font("label")
     painter.setFont(font)
     metrics = QFontMetricsF(font)
     unit = tr("flight time")
-    end = box.right() - metrics.horizontalAdvance(unit) - look.px(10)
-    painter.setPen(look.color("muted"))
+    end = box.right() - metrics.horizontalAdvance(unit) - style.px(10)
+    painter.setPen(style.color("muted"))
     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
     painter.drawText(box, right, unit)
     for time in multiples(scale.start, scale.stop, tick):
@@ -421,8 +426,8 @@ def draw_timeline_axis(
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
 
 
-def time_tick_step(look: DisplayStyle, scale: TimeScale) -> float:
+def time_tick_step(style: DisplayStyle, scale: TimeScale) -> float:
     """Return the seconds between ticks of the axis."""
-    apart = 1.8 * QFontMetricsF(look.font("label")).horizontalAdvance("00:00.0")
+    apart = 1.8 * QFontMetricsF(style.font("label")).horizontalAdvance("00:00.0")
     most = max(int((scale.right - scale.left) / apart), 2)
     return time_step(scale.stop - scale.start, most)

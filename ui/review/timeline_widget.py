@@ -101,9 +101,9 @@ class TimelineWidget(QWidget):
 
     segment_marked = Signal()
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._traces: Traces | None = None
         self._channels: tuple[str, ...] = TIMELINE_CHANNELS
         self._spans: tuple[TimelineSpan, ...] = ()
@@ -120,7 +120,7 @@ class TimelineWidget(QWidget):
         self.view = VisibleTimeRange()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName(tr("Time line of the flight"))
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     # What it is given
 
@@ -167,7 +167,7 @@ class TimelineWidget(QWidget):
 
     @property
     def regions(self) -> TimelineRegions:
-        px = self._look.px
+        px = self._style.px
         left, right = px(56), self.width() - px(10)
         wide = max(right - left, 1)
         overview = QRectF(left, px(4), wide, px(34))
@@ -192,10 +192,10 @@ class TimelineWidget(QWidget):
         )
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(640), self._look.px(250))
+        return QSize(self._style.px(640), self._style.px(250))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(320), self._look.px(250))
+        return QSize(self._style.px(320), self._style.px(250))
 
     def _restyle(self) -> None:
         self._overview = None
@@ -230,40 +230,40 @@ class TimelineWidget(QWidget):
         return next((span for span in self._spans if span.id == self._name), None)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, places = self._look, self.regions
+        style, places = self._style, self.regions
         painter = QPainter(self)
-        painter.fillRect(self.rect(), look.color("background"))
+        painter.fillRect(self.rect(), style.color("background"))
         for box in (places.overview, places.plot):
-            painter.fillRect(box, look.color("panel"))
+            painter.fillRect(box, style.color("panel"))
         if self._traces is not None:
             self._paint_overview(painter, places)
             self._paint_charts(painter, places)
         if self.hasFocus():
-            paint_focus_frame(painter, self.rect(), look)
+            paint_focus_frame(painter, self.rect(), style)
         painter.end()
 
     def _paint_overview(self, painter: QPainter, places: TimelineRegions) -> None:
-        look, box, scale = self._look, places.overview, self.overview_scale
+        style, box, scale = self._style, places.overview, self.overview_scale
         painter.save()
         painter.setClipRect(box)
         for span in self.spans:
-            drawing.draw_span(painter, look, span, scale, box, chosen=span.id == self._name)
+            drawing.draw_span(painter, style, span, scale, box, chosen=span.id == self._name)
         if self._overview is None:
             self._overview = self._pixmap(self._draw_overview)
         painter.drawPixmap(0, 0, self._overview)
         if self.marked_segment is not None:
-            drawing.draw_segment(painter, look, self.marked_segment, scale, box)
+            drawing.draw_segment(painter, style, self.marked_segment, scale, box)
         painter.restore()
-        drawing.draw_frame(painter, look, box)
+        drawing.draw_frame(painter, style, box)
         if not self.view.shows_all:
             left, right = scale.x(self.view.start), scale.x(self.view.stop)
-            painter.setPen(QPen(look.color("accent"), max(look.px(2), 2)))
+            painter.setPen(QPen(style.color("accent"), max(style.px(2), 2)))
             painter.drawRect(QRectF(left, box.top(), max(right - left, 3.0), box.height()))
-        painter.setFont(look.font("label"))
-        painter.setPen(look.color("muted"))
+        painter.setFont(style.font("label"))
+        painter.setPen(style.color("muted"))
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         painter.drawText(
-            QRectF(0, box.top(), box.left() - look.px(6), box.height()), side, tr("Whole\nflight")
+            QRectF(0, box.top(), box.left() - style.px(6), box.height()), side, tr("Whole\nflight")
         )
 
     def _draw_overview(self, painter: QPainter) -> None:
@@ -273,34 +273,34 @@ class TimelineWidget(QWidget):
         known = [name for name in _OVERVIEW_CHANNELS if name in traces.channels]
         if known:
             drawing.draw_overview_curve(
-                painter, self._look, traces, known[0], self.overview_scale, box
+                painter, self._style, traces, known[0], self.overview_scale, box
             )
 
     def _paint_charts(self, painter: QPainter, places: TimelineRegions) -> None:
-        look, scale, plot = self._look, self.scale, places.plot
+        style, scale, plot = self._style, self.scale, places.plot
         if self._curves is None:
             self._curves = self._pixmap(self._draw_charts)
         painter.save()
         painter.setClipRect(plot)
         for span in self.spans:
-            drawing.draw_span(painter, look, span, scale, plot, chosen=span.id == self._name)
+            drawing.draw_span(painter, style, span, scale, plot, chosen=span.id == self._name)
         painter.restore()
         painter.drawPixmap(0, 0, self._curves)
         for chart, box in zip(self.shown_charts, self._boxes, strict=True):
-            drawing.draw_curve_names(painter, look, chart, box, self._names(chart))
+            drawing.draw_curve_names(painter, style, chart, box, self._names(chart))
         painter.save()
-        painter.setClipRect(plot.adjusted(-look.px(4), 0, look.px(4), 0))
+        painter.setClipRect(plot.adjusted(-style.px(4), 0, style.px(4), 0))
         for span in self.spans:
             if span.id == self._name:
-                drawing.draw_inputs(painter, look, span, scale, plot)
-                drawing.draw_edges(painter, look, span.start, span.stop, scale, plot)
+                drawing.draw_inputs(painter, style, span, scale, plot)
+                drawing.draw_edges(painter, style, span.start, span.stop, scale, plot)
         if self.marked_segment is not None:
-            drawing.draw_segment(painter, look, self.marked_segment, scale, plot)
+            drawing.draw_segment(painter, style, self.marked_segment, scale, plot)
         painter.restore()
-        drawing.draw_labels(painter, look, self.spans, scale, places.lane, self._name)
-        drawing.draw_timeline_axis(painter, look, scale, places.axis, self._tick)
+        drawing.draw_labels(painter, style, self.spans, scale, places.lane, self._name)
+        drawing.draw_timeline_axis(painter, style, scale, places.axis, self._tick)
         if self.pointer is not None:
-            drawing.draw_pointer(painter, look, self.pointer, scale, plot, places.axis)
+            drawing.draw_pointer(painter, style, self.pointer, scale, plot, places.axis)
 
     def _names(self, chart: TimelineChart) -> list[str]:
         """Return the symbols of a chart's lines, with their values where the mouse is."""
@@ -329,31 +329,31 @@ class TimelineWidget(QWidget):
         return made
 
     def _draw_charts(self, painter: QPainter) -> None:
-        traces, look, scale, plot = self._traces, self._look, self.scale, self.regions.plot
+        traces, style, scale, plot = self._traces, self._style, self.scale, self.regions.plot
         if traces is None:
             return
-        self._tick = drawing.time_tick_step(look, scale)
+        self._tick = drawing.time_tick_step(style, scale)
         self.shown_charts = build_timeline_charts(
-            traces, self._channels, scale.start, scale.stop, round(plot.width()), look.units
+            traces, self._channels, scale.start, scale.stop, round(plot.width()), style.units
         )
         self._boxes = ()
         if not self.shown_charts:
-            painter.setPen(look.color("muted"))
-            painter.setFont(look.font("body"))
+            painter.setPen(style.color("muted"))
+            painter.setFont(style.font("body"))
             painter.drawText(plot, Qt.AlignmentFlag.AlignCenter, tr("No channel is shown"))
             return
-        gap = look.px(4)
+        gap = style.px(4)
         high = (plot.height() - gap * (len(self.shown_charts) - 1)) / len(self.shown_charts)
         for place, chart in enumerate(self.shown_charts):
             top = plot.top() + place * (high + gap)
             if place:
                 painter.fillRect(
                     QRectF(plot.left(), top - gap + 1, plot.width(), gap - 1),
-                    look.color("background"),
+                    style.color("background"),
                 )
             box = QRectF(plot.left(), top, plot.width(), high)
-            drawing.draw_chart(painter, look, chart, scale, box, self._tick)
-            drawing.draw_frame(painter, look, box)
+            drawing.draw_chart(painter, style, chart, scale, box, self._tick)
+            drawing.draw_frame(painter, style, box)
             self._boxes = (*self._boxes, box)
 
     def _describe(self) -> None:

@@ -40,7 +40,7 @@ class SoundCommand(QProcess):
         self.finished.connect(self._finish)
         self.errorOccurred.connect(self._fail)
 
-    def begin(self, text: str = "") -> None:
+    def start_reading(self, text: str = "") -> None:
         """Start it, and let it read a text from its input."""
         self.start()
         if self.isOpen():  # not where it could not be started
@@ -136,7 +136,7 @@ class CommandTonePlayer(QObject):
         self.stop()
         self._running = SoundCommand((*self._command, self._files.path(name)), self)
         self._running.ended.connect(self._over)
-        self._running.begin()
+        self._running.start_reading()
 
     def stop(self) -> None:
         running, self._running = self._running, None
@@ -293,7 +293,7 @@ class CommandSpeaker(Speaker):
         self._spoken = utterance
         self._running = SoundCommand(self._command, self)
         self._running.ended.connect(self._over)
-        self._running.begin(f"{utterance.text}\n")
+        self._running.start_reading(f"{utterance.text}\n")
 
     def stop(self) -> None:
         running, self._running = self._running, None

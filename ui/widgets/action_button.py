@@ -24,15 +24,15 @@ def _icon_spaced_text(words: str, glyph: str) -> str:
 class ActionButton(QPushButton):
     """A button that runs a command: same words, same key, grayed with it."""
 
-    def __init__(self, action: QAction, words: str, look: DisplayStyle, glyph: str = "") -> None:
+    def __init__(self, action: QAction, words: str, style: DisplayStyle, glyph: str = "") -> None:
         super().__init__(_icon_spaced_text(words, glyph))
-        self._look = look
+        self._style = style
         self._glyph = glyph
         self._action = action
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.clicked.connect(action.trigger)
         action.changed.connect(self._update_from_action)
-        look.changed.connect(self._redraw)
+        style.changed.connect(self._redraw)
         self._update_from_action()
         self._redraw()
 
@@ -52,8 +52,8 @@ class ActionButton(QPushButton):
 
     def _redraw(self) -> None:
         if self._glyph:
-            side = self._look.px(16)
-            self.setIcon(create_icon(self._glyph, self._look.color("text"), side))
+            side = self._style.px(16)
+            self.setIcon(create_icon(self._glyph, self._style.color("text"), side))
             self.setIconSize(QSize(side, side))
 
 
@@ -78,9 +78,9 @@ class ActionBar(QWidget):
 
     triggered = Signal(str)  # Id of the action.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.offers: tuple[ActionItem, ...] = ()
         self._buttons: list[QPushButton] = []
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -92,21 +92,21 @@ class ActionBar(QWidget):
         self.more.setMenu(self._menu)
         self.more.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         self._row.addWidget(self.more)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._row.setContentsMargins(px(16), px(4), px(16), px(6))
         self._row.setSpacing(px(8))
         self.updateGeometry()
         self._fit()
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(320), self._look.sizes.control + self._look.px(10))
+        return QSize(self._style.px(320), self._style.sizes.control + self._style.px(10))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(self._look.px(160), self.sizeHint().height())
+        return QSize(self._style.px(160), self.sizeHint().height())
 
     def show_actions(self, offers: Sequence[ActionItem]) -> None:
         if tuple(offers) == self.offers:

@@ -77,79 +77,79 @@ class PlotBand:
 class LegendSymbol(QWidget):
     """A short piece of a curve, or of a band."""
 
-    def __init__(self, look: DisplayStyle, curve: PlotCurve | PlotBand) -> None:
+    def __init__(self, style: DisplayStyle, curve: PlotCurve | PlotBand) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._curve = curve
-        self.setFixedSize(look.px(24), look.px(16))
+        self.setFixedSize(style.px(24), style.px(16))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, curve = self._look, self._curve
+        style, curve = self._style, self._curve
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle = self.height() / 2
         if isinstance(curve, PlotBand):
-            box = self.rect().adjusted(0, look.px(3), -1, -look.px(3))
-            painter.fillRect(box, band_color(look, curve))
-            painter.setPen(look.color("span_edge"))
+            box = self.rect().adjusted(0, style.px(3), -1, -style.px(3))
+            painter.fillRect(box, band_color(style, curve))
+            painter.setPen(style.color("span_edge"))
             painter.drawRect(box)
         elif curve.symbol:
-            painter.setBrush(curve_color(look, curve.color))
+            painter.setBrush(curve_color(style, curve.color))
             painter.setPen(Qt.PenStyle.NoPen)
             painter.translate(0.5 * self.width(), middle)
-            painter.scale(look.px(_LARGE_SYMBOL_SIZE), look.px(_LARGE_SYMBOL_SIZE))
+            painter.scale(style.px(_LARGE_SYMBOL_SIZE), style.px(_LARGE_SYMBOL_SIZE))
             painter.drawPath(Symbols[curve.symbol])
         elif curve.points:
-            painter.setBrush(curve_color(look, curve.color))
+            painter.setBrush(curve_color(style, curve.color))
             painter.setPen(Qt.PenStyle.NoPen)
             for place in (0.25, 0.5, 0.75):
-                painter.drawEllipse(QPointF(self.width() * place, middle), *[look.px(2)] * 2)
+                painter.drawEllipse(QPointF(self.width() * place, middle), *[style.px(2)] * 2)
         else:
-            painter.setPen(curve_pen(look, curve))
+            painter.setPen(curve_pen(style, curve))
             painter.drawLine(QPointF(0, middle), QPointF(self.width(), middle))
         painter.end()
 
 
-def curve_pen(look: DisplayStyle, curve: PlotCurve) -> QPen:
+def curve_pen(style: DisplayStyle, curve: PlotCurve) -> QPen:
     """Return the pen of a curve."""
-    pen = QPen(curve_color(look, curve.color))
-    pen.setWidthF(look.theme.line_width * look.sizes.scale * 0.85)
+    pen = QPen(curve_color(style, curve.color))
+    pen.setWidthF(style.theme.line_width * style.sizes.scale * 0.85)
     pen.setCosmetic(True)
     if curve.dashed:
         pen.setDashPattern([4.0, 2.5])
     return pen
 
 
-def band_color(look: DisplayStyle, band: PlotBand) -> QColor:
+def band_color(style: DisplayStyle, band: PlotBand) -> QColor:
     """Return the fill of a band: the noise floor lies across, a stretch of interest upright."""
     if band.is_target:
-        color = look.color("target")
+        color = style.color("target")
         color.setAlphaF(_TARGET_ALPHA)
         return color
-    return look.color("chosen" if band.is_horizontal else "event")
+    return style.color("chosen" if band.is_horizontal else "event")
 
 
 class PlotLegend(QWidget):
     """What each curve is; breaks into rows where the window is narrow."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._shown: tuple[PlotCurve | PlotBand, ...] = ()
-        self._flow = FlowLayout(self, spacing=look.px(12))
+        self._flow = FlowLayout(self, spacing=style.px(12))
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
 
     def show_entries(self, entries: Sequence[PlotCurve | PlotBand]) -> None:
         clear_layout(self._flow)
-        self._flow.setSpacing(self._look.px(12))
+        self._flow.setSpacing(self._style.px(12))
         for one in entries:
             if not one.name:
                 continue
             holder = QWidget()
-            row = FlowLayout(holder, spacing=self._look.px(6))
-            row.addWidget(LegendSymbol(self._look, one))
+            row = FlowLayout(holder, spacing=self._style.px(6))
+            row.addWidget(LegendSymbol(self._style, one))
             row.addWidget(create_label(one.name, "label"))
             self._flow.addWidget(holder)
             holder.show()
@@ -164,24 +164,24 @@ class AnalysisPlot(QFrame):
     zoom, Home shows everything. Values stand beside the pointer; the menu saves and copies.
     """
 
-    def __init__(self, look: DisplayStyle, name: str, *, high: int = _MIN_HEIGHT) -> None:
+    def __init__(self, style: DisplayStyle, name: str, *, high: int = _MIN_HEIGHT) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._name = name
         self._high = high
         self._drawn: tuple[tuple[PlotCurve, ...], tuple[PlotBand, ...]] = ((), ())
         self._labels = ("", "")
-        column = arrange(QVBoxLayout(self), look.px(4))
+        column = arrange(QVBoxLayout(self), style.px(4))
         self._column = column
         self.title = create_label(name, "heading", wrap=True)
         column.addWidget(self.title)
-        self.legend = PlotLegend(look)
+        self.legend = PlotLegend(style)
         column.addWidget(self.legend)
-        self.plot = _PlotArea(look, name)
+        self.plot = _PlotArea(style, name)
         column.addWidget(self.plot, 1)
         self.setFocusProxy(self.plot)
         self.menu = FigureMenu(self.plot, self._file, self._content, self.plot.fit_view)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
 
     def draw(
@@ -237,9 +237,9 @@ class AnalysisPlot(QFrame):
         self.legend.setVisible(any(one.name for one in entries))
 
     def _restyle(self) -> None:
-        self.plot.setMinimumHeight(self._look.px(self._high))
+        self.plot.setMinimumHeight(self._style.px(self._high))
         self.plot.restyle()
-        self._column.setSpacing(self._look.px(4))
+        self._column.setSpacing(self._style.px(4))
         self._redraw()
 
 
@@ -271,11 +271,11 @@ class _PlotAxis(pyqtgraph.AxisItem):
 class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
     """The plot itself."""
 
-    def __init__(self, look: DisplayStyle, name: str) -> None:
+    def __init__(self, style: DisplayStyle, name: str) -> None:
         super().__init__(
             axisItems={side: _PlotAxis(orientation=side) for side in ("left", "bottom")}
         )
-        self._look = look
+        self._style = style
         self.setAccessibleName(tr("Chart: {name}").format(name=name))
         self.setMouseTracking(True)
         self.pointer: QPointF | None = None
@@ -292,30 +292,30 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self._margin = _MARGIN
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(320), self._look.px(220))
+        return QSize(self._style.px(320), self._style.px(220))
 
     def restyle(self) -> None:
-        look = self._look
-        self.setBackground(look.color("panel"))
+        style = self._style
+        self.setBackground(style.color("panel"))
         item = self.getPlotItem()
-        item.getViewBox().setBorder(pyqtgraph.mkPen(look.color("axis")))
-        font = look.font("label")
+        item.getViewBox().setBorder(pyqtgraph.mkPen(style.color("axis")))
+        font = style.font("label")
         for side in ("left", "bottom"):
             axis = item.getAxis(side)
-            axis.setPen(pyqtgraph.mkPen(look.color("axis")))
-            axis.setTextPen(pyqtgraph.mkPen(look.color("text")))
+            axis.setPen(pyqtgraph.mkPen(style.color("axis")))
+            axis.setTextPen(pyqtgraph.mkPen(style.color("text")))
             axis.setTickFont(font)
-            axis.setStyle(tickTextOffset=look.px(4), tickLength=-look.px(4))
+            axis.setStyle(tickTextOffset=style.px(4), tickLength=-style.px(4))
             axis.label.setFont(font)
-        item.getAxis("left").setWidth(look.px(64))
+        item.getAxis("left").setWidth(style.px(64))
         # Ticks and label below each other, with the margin that rich text brings.
-        item.getAxis("bottom").setHeight(2 * QFontMetrics(font).height() + 12 + look.px(6))
+        item.getAxis("bottom").setHeight(2 * QFontMetrics(font).height() + 12 + style.px(6))
         item.showGrid(x=True, y=True, alpha=0.18)
 
     def show_items(
         self, curves: Sequence[PlotCurve], bands: Sequence[PlotBand], bottom: str, left: str
     ) -> None:
-        look, item = self._look, self.getPlotItem()
+        style, item = self._style, self.getPlotItem()
         item.clear()
         self._curves, self._titles = tuple(curves), (bottom, left)
         item.getAxis("bottom").clock = bottom == FLIGHT_TIME_LABEL
@@ -326,16 +326,16 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
                 (band.low, band.high),
                 orientation="horizontal" if band.is_horizontal else "vertical",
                 movable=False,
-                brush=band_color(look, band),
-                pen=pyqtgraph.mkPen(look.color("span_edge"), width=1),
+                brush=band_color(style, band),
+                pen=pyqtgraph.mkPen(style.color("span_edge"), width=1),
             )
             region.setZValue(-20 if band.is_horizontal else -30)
             item.addItem(region, ignoreBounds=not band.is_horizontal)
         for curve in curves:
             item.addItem(self._create_item(curve))
-        style = {"color": look.color("text").name(), "font-size": f"{look.sizes.label}px"}
-        item.setLabel("bottom", tr(bottom), **style)
-        item.setLabel("left", left, **style)
+        label_style = {"color": style.color("text").name(), "font-size": f"{style.sizes.label}px"}
+        item.setLabel("bottom", tr(bottom), **label_style)
+        item.setLabel("left", left, **label_style)
         finite = [curve.x[np.isfinite(curve.x)] for curve in curves]
         ends = [(float(x[0]), float(x[-1])) if x.size else None for x in map(np.sort, finite)]
         known = [pair for pair in ends if pair is not None]
@@ -345,14 +345,14 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self._margin = _MARGIN_OF_POINTS if any(one.symbol for one in curves) else _MARGIN
 
     def _create_item(self, curve: PlotCurve) -> pyqtgraph.PlotDataItem:
-        look = self._look
+        style = self._style
         every = max(curve.x.size // _MOST_POINTS, 1)
         if curve.points:
-            color = curve_color(look, curve.color)
+            color = curve_color(style, curve.color)
             return pyqtgraph.ScatterPlotItem(
                 curve.x[::every],
                 curve.y[::every],
-                size=look.px(
+                size=style.px(
                     _LARGE_SYMBOL_SIZE
                     if curve.symbol
                     else 5
@@ -364,7 +364,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
                 brush=pyqtgraph.mkBrush(color),
             )
         return pyqtgraph.PlotDataItem(
-            curve.x, curve.y, pen=curve_pen(look, curve), connect="finite", antialias=True
+            curve.x, curve.y, pen=curve_pen(style, curve), connect="finite", antialias=True
         )
 
     def fit_view(self) -> None:
@@ -448,11 +448,11 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         held = QApplication.mouseButtons() != Qt.MouseButton.NoButton
         if self.pointer is not None and area.contains(self.pointer) and not held:
             painter = QPainter(self.viewport())
-            paint_readout(painter, area, self.pointer, self.text_at(self.pointer), self._look)
+            paint_readout(painter, area, self.pointer, self.text_at(self.pointer), self._style)
             painter.end()
         if self.hasFocus():
             painter = QPainter(self.viewport())
-            paint_focus_frame(painter, self.viewport().rect(), self._look)
+            paint_focus_frame(painter, self.viewport().rect(), self._style)
             painter.end()
 
 

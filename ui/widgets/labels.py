@@ -13,11 +13,11 @@ from ui.display_style import DisplayStyle
 class UnitConvertingLabel(QLabel):
     """A label whose sentences have their values in the units of the screen, also after a change."""
 
-    def __init__(self, look: DisplayStyle, text: str = "") -> None:
+    def __init__(self, style: DisplayStyle, text: str = "") -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._remark = text
-        look.changed.connect(self._convert)
+        style.changed.connect(self._convert)
         self._convert()
 
     def setText(self, text: str) -> None:
@@ -25,7 +25,7 @@ class UnitConvertingLabel(QLabel):
         self._convert()
 
     def _convert(self) -> None:
-        super().setText(convert_text_units(self._remark, self._look.units))
+        super().setText(convert_text_units(self._remark, self._style.units))
 
 
 def create_label(
@@ -42,9 +42,9 @@ def create_label(
 class CenteredPage(QScrollArea):
     """A column of text of readable width, centered, that scrolls where the window is small."""
 
-    def __init__(self, look: DisplayStyle, width: int = 720) -> None:
+    def __init__(self, style: DisplayStyle, width: int = 720) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._width = width
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
@@ -64,15 +64,15 @@ class CenteredPage(QScrollArea):
         outer.setRowStretch(2, 3)
         outer.addWidget(self._body, 1, 1)
         self._outer = outer
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def _fit(self) -> None:
-        margin = self._look.px(24)
+        margin = self._style.px(24)
         self._outer.setContentsMargins(margin, margin, margin, margin)
-        self.column.setSpacing(self._look.px(8))
+        self.column.setSpacing(self._style.px(8))
         room = max(self.viewport().width() - 2 * margin - 2, 1)
-        self._body.setFixedWidth(min(self._look.px(self._width), room))
+        self._body.setFixedWidth(min(self._style.px(self._width), room))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

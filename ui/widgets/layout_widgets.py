@@ -28,13 +28,13 @@ _MIN_COLUMN_WIDTH = 360  # Points a column needs.
 class FormSection(QFrame):
     """A framed part of a form: heading, then rows of fields."""
 
-    def __init__(self, look: DisplayStyle, title: str) -> None:
+    def __init__(self, style: DisplayStyle, title: str) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("card")
         self.column = QVBoxLayout(self)
         self.column.addWidget(create_label(title, "heading"))
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def add(self, *widgets: QWidget) -> None:
@@ -42,7 +42,7 @@ class FormSection(QFrame):
             self.column.addWidget(widget)
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self.column.setContentsMargins(px(16), px(12), px(16), px(12))
         self.column.setSpacing(px(8))
 
@@ -50,9 +50,9 @@ class FormSection(QFrame):
 class FormColumns(QScrollArea):
     """Sections that stand in columns and scroll down."""
 
-    def __init__(self, look: DisplayStyle, most: int = 3) -> None:
+    def __init__(self, style: DisplayStyle, most: int = 3) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._most = most
         self._sections: tuple[tuple[QWidget, int], ...] = ()
         self._shown = 0
@@ -73,7 +73,7 @@ class FormColumns(QScrollArea):
             column.addStretch(1)
             self._row.addLayout(column, 1)
         self.setWidget(page)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
 
     def show_sections(self, sections: Sequence[tuple[QWidget, int]]) -> None:
         """Show the sections, each with its column where there is room for all columns."""
@@ -86,7 +86,7 @@ class FormColumns(QScrollArea):
         self._fit()
 
     def _fit(self) -> None:
-        px = self._look.px
+        px = self._style.px
         margin = px(16)
         self._outer.setContentsMargins(margin, margin, margin, margin)
         self._outer.setSpacing(margin)
@@ -114,9 +114,9 @@ _SIDE_BY_SIDE_WIDTH = 860
 class StackingColumns(QWidget):
     """Two columns side by side, or one above the other where the window is narrow."""
 
-    def __init__(self, look: DisplayStyle, shares: tuple[int, int] = (1, 1)) -> None:
+    def __init__(self, style: DisplayStyle, shares: tuple[int, int] = (1, 1)) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._box.setContentsMargins(0, 0, 0, 0)
         self.left, self.right = QVBoxLayout(), QVBoxLayout()
@@ -128,7 +128,7 @@ class StackingColumns(QWidget):
             holder.setLayout(column)
             column.setContentsMargins(0, 0, 0, 0)
             self._box.addWidget(holder, share)
-        look.changed.connect(self._fit)
+        style.changed.connect(self._fit)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -136,25 +136,25 @@ class StackingColumns(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        look = self._look
-        wide = self.width() >= look.px(_SIDE_BY_SIDE_WIDTH)
+        style = self._style
+        wide = self.width() >= style.px(_SIDE_BY_SIDE_WIDTH)
         side = QBoxLayout.Direction.LeftToRight
         wanted = side if wide else QBoxLayout.Direction.TopToBottom
         if self._box.direction() != wanted:
             self._box.setDirection(wanted)
         for place, share in enumerate(self._shares):
             self._box.setStretch(place, share if wide else 0)
-        self._box.setSpacing(look.px(24))
+        self._box.setSpacing(style.px(24))
         for column in (self.left, self.right):
-            column.setSpacing(look.px(8))
+            column.setSpacing(style.px(8))
 
 
 class LabeledComboBox(QWidget):
     """A labeled list to choose one from."""
 
-    def __init__(self, look: DisplayStyle, name: str, *, letters: int = 12) -> None:
+    def __init__(self, style: DisplayStyle, name: str, *, letters: int = 12) -> None:
         super().__init__()
-        row = arrange(QHBoxLayout(self), look.px(8))
+        row = arrange(QHBoxLayout(self), style.px(8))
         self.title = create_label(name, "label")
         row.addWidget(self.title)
         self.box = QComboBox()
@@ -188,9 +188,9 @@ class LabeledComboBox(QWidget):
 class HeadedParagraphs(QWidget):
     """Headings with a paragraph each."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._shown: tuple[tuple[str, str], ...] | None = None
@@ -200,13 +200,13 @@ class HeadedParagraphs(QWidget):
             return
         self._shown = tuple(paragraphs)
         clear_layout(self._column)
-        self._column.setSpacing(self._look.px(2))
+        self._column.setSpacing(self._style.px(2))
         for heading, text in paragraphs:
             if heading:
                 self._column.addWidget(create_label(heading, "label"))
             body = create_label(text, wrap=True)
             body.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            body.setContentsMargins(0, 0, 0, self._look.px(6))
+            body.setContentsMargins(0, 0, 0, self._style.px(6))
             self._column.addWidget(body)
         self.setVisible(bool(paragraphs))
 
@@ -214,9 +214,9 @@ class HeadedParagraphs(QWidget):
 class NameValueTable(QWidget):
     """Names and values in two columns, values aligned."""
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self._grid.setColumnStretch(1, 1)
@@ -227,18 +227,18 @@ class NameValueTable(QWidget):
             return
         self.rows = tuple(rows)
         clear_layout(self._grid)
-        self._grid.setHorizontalSpacing(self._look.px(16))
-        self._grid.setVerticalSpacing(self._look.px(4))
+        self._grid.setHorizontalSpacing(self._style.px(16))
+        self._grid.setVerticalSpacing(self._style.px(4))
         for row, (name, value) in enumerate(rows):
             self._grid.addWidget(create_label(name, "muted"), row, 0)
             self._grid.addWidget(create_label(value, "number", wrap=True), row, 1)
         self.setVisible(bool(rows))
 
 
-def create_button_row(look: DisplayStyle, *buttons: QWidget) -> QWidget:
+def create_button_row(style: DisplayStyle, *buttons: QWidget) -> QWidget:
     """Return buttons side by side that break into rows where the window is narrow."""
     holder = QWidget()
-    flow = FlowLayout(holder, spacing=look.px(8))
+    flow = FlowLayout(holder, spacing=style.px(8))
     for one in buttons:
         flow.addWidget(one)
     policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)

@@ -13,9 +13,9 @@ _LEVEL_SHARES = (0.0, 0.10, 0.22, 0.38)
 _READOUT_ALPHA = 0.92
 
 
-def paint_focus_frame(painter: QPainter, box: QRect, look: DisplayStyle) -> None:
+def paint_focus_frame(painter: QPainter, box: QRect, style: DisplayStyle) -> None:
     """Draw the frame that says where the keyboard is."""
-    pen = QPen(look.color("accent"))
+    pen = QPen(style.color("accent"))
     pen.setWidth(2)
     painter.setPen(pen)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -23,15 +23,15 @@ def paint_focus_frame(painter: QPainter, box: QRect, look: DisplayStyle) -> None
 
 
 def paint_readout(
-    painter: QPainter, plot: QRectF, at: QPointF, words: str, look: DisplayStyle
+    painter: QPainter, plot: QRectF, at: QPointF, words: str, style: DisplayStyle
 ) -> None:
     """Draw the cursor of a figure in a plot, and beside it the values in a box."""
     painter.save()
-    painter.setPen(QPen(look.color("muted"), 1, Qt.PenStyle.DotLine))
+    painter.setPen(QPen(style.color("muted"), 1, Qt.PenStyle.DotLine))
     painter.drawLine(QPointF(at.x(), plot.top()), QPointF(at.x(), plot.bottom()))
     painter.drawLine(QPointF(plot.left(), at.y()), QPointF(plot.right(), at.y()))
-    font = look.font("label")
-    metrics, gap = QFontMetricsF(font), look.px(6)
+    font = style.font("label")
+    metrics, gap = QFontMetricsF(font), style.px(6)
     lines = words.splitlines()
     wide = max(map(metrics.horizontalAdvance, lines), default=0.0) + 2 * gap
     box = QRectF(QPointF(), QSizeF(wide, len(lines) * metrics.lineSpacing() + gap))
@@ -39,23 +39,23 @@ def paint_readout(
     right, above = at.x() + 2 * gap, at.y() - gap - box.height()
     box.moveLeft(right if right + wide <= plot.right() else max(at.x() - 2 * gap - wide, 0.0))
     box.moveTop(above if above >= plot.top() else at.y() + 2 * gap)
-    back = look.color("panel")
+    back = style.color("panel")
     back.setAlphaF(_READOUT_ALPHA)
-    painter.setPen(QPen(look.color("axis"), 1))
+    painter.setPen(QPen(style.color("axis"), 1))
     painter.setBrush(back)
     painter.drawRect(box)
     painter.setFont(font)
-    painter.setPen(look.color("text"))
+    painter.setPen(style.color("text"))
     inner = box.adjusted(gap, gap / 2, -gap, 0)
     painter.drawText(inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, words)
     painter.restore()
 
 
-def curve_color(look: DisplayStyle, name: str) -> QColor:
+def curve_color(style: DisplayStyle, name: str) -> QColor:
     """Return the color of a curve."""
-    if name in look.theme.traces or name == "previous":
-        return QColor(look.theme.trace(name))
-    return look.color(name)
+    if name in style.theme.traces or name == "previous":
+        return QColor(style.theme.trace(name))
+    return style.color(name)
 
 
 def level_colors(theme: Theme, level: int) -> tuple[str, str]:
@@ -70,7 +70,7 @@ def level_colors(theme: Theme, level: int) -> tuple[str, str]:
     return fill, text
 
 
-def level_brushes(look: DisplayStyle, level: int) -> tuple[QColor, QColor]:
+def level_brushes(style: DisplayStyle, level: int) -> tuple[QColor, QColor]:
     """Return fill and text of a level in the look's theme."""
-    fill, text = level_colors(look.theme, level)
+    fill, text = level_colors(style.theme, level)
     return QColor(fill), QColor(text)

@@ -70,7 +70,7 @@ class TableRowModel(QAbstractTableModel):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         titles: Sequence[str],
         right: frozenset[int] = frozenset(),
         editable: frozenset[int] = frozenset(),
@@ -79,7 +79,7 @@ class TableRowModel(QAbstractTableModel):
         title_details: Mapping[int, str] | None = None,
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.titles = tuple(map(tr, titles))
         self.editable = editable
         self._title_details = title_details or {}
@@ -192,11 +192,11 @@ class TableRowModel(QAbstractTableModel):
             return form.detail or None
         if role == Qt.ItemDataRole.FontRole:
             bold = row.is_bold if form.is_bold is None else form.is_bold
-            return self._look.font(form.text_style, strong=bold, italic=row.italic)
+            return self._style.font(form.text_style, strong=bold, italic=row.italic)
         if role == Qt.ItemDataRole.ForegroundRole:
             if form.color:
-                return QColor(self._look.color(form.color))
-            return QColor(self._look.state_color(row.state)) if column in row.colored else None
+                return QColor(self._style.color(form.color))
+            return QColor(self._style.state_color(row.state)) if column in row.colored else None
         return None
 
     def flags(self, index: ModelIndex) -> Qt.ItemFlag:

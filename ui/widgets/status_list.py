@@ -44,18 +44,18 @@ class StatusListItem:
 class _StatusListDelegate(QStyledItemDelegate):
     """Draws one line as high as its words need."""
 
-    def __init__(self, look: DisplayStyle, view: StatusListView) -> None:
+    def __init__(self, style: DisplayStyle, view: StatusListView) -> None:
         super().__init__(view)
-        self._look = look
+        self._style = style
         self._view = view
 
     def _fonts(self) -> tuple[QFont, QFont]:
-        strong = self._look.font("body", strong=True)
-        strong.setPixelSize(self._look.px(15))
-        return strong, self._look.font("body")
+        strong = self._style.font("body", strong=True)
+        strong.setPixelSize(self._style.px(15))
+        return strong, self._style.font("body")
 
     def _parts(self, line: StatusListItem, width: int) -> tuple[QRect, QRect]:
-        px = self._look.px
+        px = self._style.px
         strong, plain = self._fonts()
         room = max(width - px(_LEFT) - px(_RIGHT) - px(14), px(80))
         words = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.text)
@@ -67,45 +67,45 @@ class _StatusListDelegate(QStyledItemDelegate):
     def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
         width = self._view.viewport().width()
         line = index.data(VALUE_ROLE)
-        high = self._parts(line, width)[1].bottom() + self._look.px(8)
-        return QSize(width, max(high, self._look.px(48)))
+        high = self._parts(line, width)[1].bottom() + self._style.px(8)
+        return QSize(width, max(high, self._style.px(48)))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
-        look, px = self._look, self._look.px
+        style, px = self._style, self._style.px
         line = index.data(VALUE_ROLE)
         box = option.rect
         painter.save()
         if line.state in ("warning", "caution"):
-            painter.fillRect(box, look.color(f"{line.state}_band"))
-        painter.setPen(look.color("line"))
+            painter.fillRect(box, style.color(f"{line.state}_band"))
+        painter.setPen(style.color("line"))
         painter.drawLine(box.bottomLeft(), box.bottomRight())
         if option.state & QStyle.StateFlag.State_Selected:
-            pen = QPen(look.color("text" if self._view.hasFocus() else "axis"))
+            pen = QPen(style.color("text" if self._view.hasFocus() else "axis"))
             pen.setWidth(px(2))
             painter.setPen(pen)
             painter.drawRect(box.adjusted(px(1), px(1), -px(1) - 1, -px(1) - 1))
         side = px(16)
         sign = QRectF(box.left() + px(14), box.top() + px(8), side, side)
-        color = look.state_color(line.state)
+        color = style.state_color(line.state)
         if line.is_checkable:
-            painter.setPen(look.color("text"))
+            painter.setPen(style.color("text"))
             painter.drawRect(sign)
         else:
             paint_indicator(painter, line.state, sign, color)
         words, more = self._parts(line, box.width())
         strong, plain = self._fonts()
         painter.setFont(strong)
-        painter.setPen(look.color("text"))
+        painter.setPen(style.color("text"))
         painter.drawText(words.translated(box.topLeft()), _WRAP, line.text)
         painter.setFont(plain)
-        painter.setPen(look.color("text" if line.state in ("warning", "caution") else "muted"))
+        painter.setPen(style.color("text" if line.state in ("warning", "caution") else "muted"))
         painter.drawText(more.translated(box.topLeft()), _WRAP, line.detail)
         painter.setFont(strong)
         painter.setPen(color)
         right = QRect(box.right() - px(_RIGHT) - px(10), box.top() + px(6), px(_RIGHT), px(20))
         painter.drawText(right, Qt.AlignmentFlag.AlignRight, line.state_text)
-        painter.setFont(look.font("label"))
-        painter.setPen(look.color("muted"))
+        painter.setFont(style.font("label"))
+        painter.setPen(style.color("muted"))
         below = right.translated(0, px(20))
         painter.drawText(below, Qt.AlignmentFlag.AlignRight, line.note)
         painter.restore()
@@ -120,13 +120,13 @@ class StatusListView(QListView):
     move_requested = Signal(int)  # Alt with Up or Down: the line shall go there.
     delete_requested = Signal()  # Delete.
 
-    def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
+    def __init__(self, style: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
-        self._look = look
-        self.row_model = TableRowModel(look, (tr("Line"),))
+        self._style = style
+        self.row_model = TableRowModel(style, (tr("Line"),))
         self.setModel(self.row_model)
         self.menu = TableMenu(self, commands, self._table)
-        self.setItemDelegate(_StatusListDelegate(look, self))
+        self.setItemDelegate(_StatusListDelegate(style, self))
         self.setAccessibleName(name)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -136,7 +136,7 @@ class StatusListView(QListView):
             lambda index: self.item_activated.emit(self.row_model.rows[index.row()].key)
         )
         self._given: tuple[StatusListItem, ...] = ()
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
         self.set_items(self._given)
@@ -166,7 +166,7 @@ class StatusListView(QListView):
         The keyboard stays on the same one, but does not follow it to the end.
         """
         self._given = tuple(lines)
-        units = self._look.units
+        units = self._style.units
         rows = []
         for line in lines:
             text, detail = (convert_text_units(one, units) for one in (line.text, line.detail))

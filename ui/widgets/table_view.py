@@ -62,19 +62,19 @@ class WordWrapDelegate(TextEditDelegate):
     style for the picture: the last line would be cut.
     """
 
-    def __init__(self, look: DisplayStyle, table: QTableView) -> None:
+    def __init__(self, style: DisplayStyle, table: QTableView) -> None:
         super().__init__(table)
-        self._look = look
+        self._style = style
         self._table = table
 
     def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
-        look = self._look
-        font = index.data(Qt.ItemDataRole.FontRole) or look.font("body")
-        wide = max(self._table.columnWidth(index.column()) - look.px(20), 16)
+        style = self._style
+        font = index.data(Qt.ItemDataRole.FontRole) or style.font("body")
+        wide = max(self._table.columnWidth(index.column()) - style.px(20), 16)
         box = QFontMetrics(font).boundingRect(
             QRect(0, 0, wide, 10_000), Qt.TextFlag.TextWordWrap, str(index.data() or "")
         )
-        return QSize(wide, box.height() + look.px(14))
+        return QSize(wide, box.height() + style.px(14))
 
 
 class TableRowView(QTableView):
@@ -94,7 +94,7 @@ class TableRowView(QTableView):
     def __init__(
         self,
         model: TableRowModel,
-        look: DisplayStyle,
+        style: DisplayStyle,
         name: str,
         stretch: int | None = None,
         widths: Mapping[int, int | str] | None = None,
@@ -108,13 +108,13 @@ class TableRowView(QTableView):
         super().__init__()
         self.row_model = model
         self._stretch, self._least = stretch, least
-        self._look = look
+        self._style = style
         self._widths = widths or {}
         self._row_height = row_height
         self._is_quiet = False
         self.setModel(model)
         self.menu = TableMenu(self, commands)
-        self.setItemDelegate(WordWrapDelegate(look, self) if wrap else TextEditDelegate(self))
+        self.setItemDelegate(WordWrapDelegate(style, self) if wrap else TextEditDelegate(self))
         self.setAccessibleName(name)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -137,7 +137,7 @@ class TableRowView(QTableView):
         header.setMinimumSectionSize(16)
         self.doubleClicked.connect(self._double_clicked)
         self.selectionModel().currentChanged.connect(self._current_changed)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         if sortable:
             self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
             self.sortByColumn(0, Qt.SortOrder.DescendingOrder)
@@ -147,7 +147,7 @@ class TableRowView(QTableView):
     # Sizes
 
     def _restyle(self) -> None:
-        height = self._look.px(self._row_height)
+        height = self._style.px(self._row_height)
         self.verticalHeader().setMinimumSectionSize(height)
         self.verticalHeader().setDefaultSectionSize(height)
         self._fit_columns()
@@ -161,7 +161,7 @@ class TableRowView(QTableView):
             return
         # With room for the scroll bar whether it is there or not: else rows that grow higher show
         # it, which makes them grow again.
-        least = self._look.px(self._least)
+        least = self._style.px(self._least)
         width = max(self.width() - self.full_width + least, least)
         if width != self.columnWidth(self._stretch):
             self.setColumnWidth(self._stretch, width)
@@ -172,7 +172,7 @@ class TableRowView(QTableView):
         """Return the width (pixels) at which no column is out of sight."""
         beside = self.verticalScrollBar().sizeHint().width() + 2 * self.frameWidth()
         fixed = sum(map(self._pixels, self._widths.values()))
-        return beside + fixed + self._look.px(self._least)
+        return beside + fixed + self._style.px(self._least)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -186,9 +186,9 @@ class TableRowView(QTableView):
 
     def _pixels(self, width: int | str) -> int:
         if isinstance(width, int):
-            return self._look.px(width)
-        letters = QFontMetrics(self._look.font("body", strong=True))
-        return letters.horizontalAdvance(width) + self._look.px(_PADDING)
+            return self._style.px(width)
+        letters = QFontMetrics(self._style.font("body", strong=True))
+        return letters.horizontalAdvance(width) + self._style.px(_PADDING)
 
     # The current row
 
@@ -260,13 +260,13 @@ class TableRowView(QTableView):
 class FittedTableView(TableRowView):
     """A table that is as high as its rows, up to a number of them.
 
-    `look`, `name`, `stretch`, `widths`, `wrap`, `row_height`: as for `TableRowView`. `least`,
+    `style`, `name`, `stretch`, `widths`, `wrap`, `row_height`: as for `TableRowView`. `least`,
     `most`: rows in sight.
     """
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         name: str,
         titles: Sequence[str],
         *,
@@ -286,9 +286,9 @@ class FittedTableView(TableRowView):
         self._wrapped: object = None
         self._given: tuple[TableRow, ...] = ()
         model = TableRowModel(
-            look, titles, right, editable, centered=centered, title_details=title_details
+            style, titles, right, editable, centered=centered, title_details=title_details
         )
-        super().__init__(model, look, name, stretch, widths, wrap=wrap, row_height=row_height)
+        super().__init__(model, style, name, stretch, widths, wrap=wrap, row_height=row_height)
         # Left to itself the header measures all rows again with every change of style.
         mode = QHeaderView.ResizeMode.Interactive if wrap else QHeaderView.ResizeMode.Fixed
         self.verticalHeader().setSectionResizeMode(mode)
@@ -309,7 +309,7 @@ class FittedTableView(TableRowView):
         self._rewrap()
 
     def _convert(self) -> None:
-        units = self._look.units
+        units = self._style.units
         self.row_model.set_rows(
             replace(
                 row,
@@ -338,7 +338,7 @@ class FittedTableView(TableRowView):
         state = (
             tuple(row.cells for row in self.row_model.rows),
             tuple(self.columnWidth(column) for column in range(self.row_model.columnCount())),
-            self._look.scale,
+            self._style.scale,
         )
         if state == self._wrapped:
             return
@@ -350,12 +350,12 @@ class FittedTableView(TableRowView):
 
     def _fit_height(self) -> None:
         rows = range(len(self.row_model.rows))
-        heights = [self.rowHeight(row) for row in rows] or [self._look.px(34)]
+        heights = [self.rowHeight(row) for row in rows] or [self._style.px(34)]
         head = self.horizontalHeader()
         top = (0 if head.isHidden() else head.sizeHint().height()) + 4
         least, most = self._visible_rows
         # Never higher than its rows: an empty half of a table says nothing.
-        enough = min(sum(heights[:least]), self._look.px(44 * least))
+        enough = min(sum(heights[:least]), self._style.px(44 * least))
         bounds = (top + enough, top + sum(heights))
         self._preferred_height = top + sum(heights[:most])
         if bounds != (self.minimumHeight(), self.maximumHeight()):
@@ -363,7 +363,7 @@ class FittedTableView(TableRowView):
             self.setMaximumHeight(bounds[1])
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(320), self._preferred_height)
+        return QSize(self._style.px(320), self._preferred_height)
 
 
 class BoxedListView(FittedTableView):
@@ -371,13 +371,13 @@ class BoxedListView(FittedTableView):
 
     def __init__(
         self,
-        look: DisplayStyle,
+        style: DisplayStyle,
         name: str,
         most: int = 5,
         elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
     ) -> None:
         super().__init__(
-            look, name, ("",), stretch=0, least=most, most=most, wrap=False, row_height=30
+            style, name, ("",), stretch=0, least=most, most=most, wrap=False, row_height=30
         )
         self.setProperty("role", "boxed")
         self.setTextElideMode(elide)

@@ -21,9 +21,9 @@ class TimeSlider(QWidget):
 
     moved = Signal(float)  # Flight time to go to, s.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._range = (0.0, 0.0)
         self._time = 0.0
         self._marks: tuple[float, ...] = ()
@@ -35,7 +35,7 @@ class TimeSlider(QWidget):
         self.setToolTip(tr("Click to go there; Left and Right move by 1 s"))
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(160), self._look.px(24))
+        return QSize(self._style.px(160), self._style.px(24))
 
     def show_time(
         self,
@@ -56,7 +56,7 @@ class TimeSlider(QWidget):
             self.update()
 
     def _line(self) -> QRectF:
-        pad = self._look.px(8)
+        pad = self._style.px(8)
         return QRectF(self.rect()).adjusted(pad, 0, -pad, 0)
 
     def _x_at(self, time: float) -> float:
@@ -70,39 +70,39 @@ class TimeSlider(QWidget):
         return first + min(max(share, 0.0), 1.0) * (last - first)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, line = self._look, self._line()
+        style, line = self._style, self._line()
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        middle, thick = line.center().y(), look.px(4)
+        middle, thick = line.center().y(), style.px(4)
         track = QRectF(line.left(), middle - thick / 2, line.width(), thick)
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(look.color("line"))
+        painter.setBrush(style.color("line"))
         painter.drawRoundedRect(track, thick / 2, thick / 2)
         here = self._x_at(self._time)
-        painter.setBrush(look.color("muted"))
+        painter.setBrush(style.color("muted"))
         painter.drawRoundedRect(
             QRectF(track.left(), track.top(), here - track.left(), thick), thick / 2, thick / 2
         )
-        painter.setBrush(look.color("span_edge"))
-        side = look.px(4)
+        painter.setBrush(style.color("span_edge"))
+        side = style.px(4)
         for mark in self._marks:
-            x, top = self._x_at(mark), middle - look.px(11)
+            x, top = self._x_at(mark), middle - style.px(11)
             painter.drawPolygon(
                 QPolygonF([QPointF(x - side, top), QPointF(x + side, top), QPointF(x, top + side)])
             )
-            painter.drawRect(QRectF(x - 0.5, top, 1, look.px(12)))
+            painter.drawRect(QRectF(x - 0.5, top, 1, style.px(12)))
         for alarm in self._alarms:
             # Triangle or square, as everywhere: the shape tells the state without its color.
-            box = QRectF(self._x_at(alarm.start) - side, middle + look.px(3), 2 * side, 2 * side)
+            box = QRectF(self._x_at(alarm.start) - side, middle + style.px(3), 2 * side, 2 * side)
             state: Literal["caution", "warning"]
             state = "warning" if alarm.state == "warning" else "caution"
-            paint_indicator(painter, state, box, look.state_color(state))
+            paint_indicator(painter, state, box, style.state_color(state))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(look.color("text"))
-        radius = look.px(7 if self.hasFocus() else 6)
+        painter.setBrush(style.color("text"))
+        radius = style.px(7 if self.hasFocus() else 6)
         painter.drawEllipse(QPointF(here, middle), radius, radius)
         if self.hasFocus():
-            painter.setBrush(look.color("background"))
+            painter.setBrush(style.color("background"))
             painter.drawEllipse(QPointF(here, middle), radius / 2, radius / 2)
         painter.end()
 

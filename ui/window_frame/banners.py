@@ -60,15 +60,15 @@ class BannerMessage:
 
 
 class _LevelIcon(QWidget):
-    def __init__(self, level: MessageLevel, look: DisplayStyle) -> None:
+    def __init__(self, level: MessageLevel, style: DisplayStyle) -> None:
         super().__init__()
         self._level = level
-        self._look = look
-        self.setFixedSize(look.px(16), look.px(16))
+        self._style = style
+        self.setFixedSize(style.px(16), style.px(16))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
-        color = self._look.state_color(_STATES[self._level])
+        color = self._style.state_color(_STATES[self._level])
         paint_indicator(
             painter, _STATES[self._level], QRectF(self.rect()).adjusted(2, 2, -2, -2), color
         )
@@ -80,8 +80,8 @@ class _ElidedLabel(UnitConvertingLabel):
 
     pressed = Signal()
 
-    def __init__(self, look: DisplayStyle, text: str) -> None:
-        super().__init__(look, text)
+    def __init__(self, style: DisplayStyle, text: str) -> None:
+        super().__init__(style, text)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     @property
@@ -138,23 +138,23 @@ class Banner(QFrame):
         self,
         level: MessageLevel,
         text: str,
-        look: DisplayStyle,
+        style: DisplayStyle,
         choices: tuple[BannerAction, ...] = (),
     ) -> None:
         super().__init__()
         self.level = level
         self.setObjectName("banner")
         self.setProperty("level", level)
-        row = arrange(QHBoxLayout(self), look.px(8), look.px(8), 0, 0, 0)
+        row = arrange(QHBoxLayout(self), style.px(8), style.px(8), 0, 0, 0)
         if _STATES[level] != "plain":
-            row.addWidget(_LevelIcon(level, look))
+            row.addWidget(_LevelIcon(level, style))
         if LEVEL_TITLES[level]:
             word = QLabel(tr(LEVEL_TITLES[level]))
             word.setProperty("role", "strong")
             row.addWidget(word)
-        self.label = _ElidedLabel(look, text)
+        self.label = _ElidedLabel(style, text)
         self.label.pressed.connect(self.details_requested)
-        look.changed.connect(self._name)
+        style.changed.connect(self._name)
         self._name()
         row.addWidget(self.label, 1)
         self.progress_bar: QProgressBar | None = None
@@ -162,7 +162,7 @@ class Banner(QFrame):
             self.progress_bar = QProgressBar()
             self.progress_bar.setRange(0, 0)
             self.progress_bar.setTextVisible(False)
-            self.progress_bar.setFixedSize(QSize(look.px(160), look.px(8)))
+            self.progress_bar.setFixedSize(QSize(style.px(160), style.px(8)))
             self.progress_bar.setAccessibleName(tr("Progress"))
             row.addWidget(self.progress_bar)
         self.buttons: list[QPushButton] = []
@@ -211,9 +211,9 @@ class BannerStack(QWidget):
     changed = Signal()  # A message came, or was closed.
     list_requested = Signal()  # The list is wanted.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.note_timeout_ms = 10_000  # Milliseconds after which a note that offers nothing closes.
         self.banners: list[Banner] = []
         self.messages: list[BannerMessage] = []  # All of this session, newest first.
@@ -229,19 +229,19 @@ class BannerStack(QWidget):
         self._row.addLayout(self._pile, 1)
         self.next_button = _button(self._row, "", self._show_next, quiet=True)
         self.list_button = _button(self._row, tr("Messages"), self.list_requested.emit, quiet=True)
-        look.changed.connect(self._restyle)
+        style.changed.connect(self._restyle)
         self._restyle()
         self._refresh()
 
     def _restyle(self) -> None:
-        px = self._look.px
+        px = self._style.px
         self._row.setContentsMargins(px(8), px(1), px(4), px(1))
         self._row.setSpacing(px(4))
         self.setFixedHeight(px(_FLAT_HEIGHT if self._is_flat else _HEIGHT))
 
     def fit(self, window_height: int) -> None:
         """Take less height where the window is low for its scale."""
-        is_flat = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
+        is_flat = window_height < self._style.px(_LOW_WINDOW_HEIGHT)
         if is_flat != self._is_flat:
             self._is_flat = is_flat
             self._restyle()
@@ -278,10 +278,10 @@ class BannerStack(QWidget):
     def show_banner(self, level: MessageLevel, text: str, *choices: BannerAction) -> Banner:
         """Show a sentence and return its banner."""
         for banner in list(self.banners):
-            shown = convert_text_units(text, self._look.units)
+            shown = convert_text_units(text, self._style.units)
             if banner.label.text() == shown and banner.level == level:
                 self.remove(banner)
-        banner = Banner(level, text, self._look, choices)
+        banner = Banner(level, text, self._style, choices)
         banner.closed.connect(lambda: self._close(banner))
         banner.details_requested.connect(self.list_requested)
         if level == "note" and not choices:

@@ -20,13 +20,13 @@ from ui.window_frame.banners import Banner, BannerStack
 class JobProgressPanel(QFrame):
     """Across the top of a place while something runs there."""
 
-    def __init__(self, look: DisplayStyle, cancel: QAction, name: str) -> None:
+    def __init__(self, style: DisplayStyle, cancel: QAction, name: str) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("banner")
         self.setAccessibleName(tr("{name} that runs").format(name=name.capitalize()))
         row = arrange(
-            QHBoxLayout(self), look.px(12), look.px(16), look.px(6), look.px(8), look.px(6)
+            QHBoxLayout(self), style.px(12), style.px(16), style.px(6), style.px(8), style.px(6)
         )
         self.title = ""
         self.text_label = create_label("", wrap=True)
@@ -36,16 +36,16 @@ class JobProgressPanel(QFrame):
         self.progress_bar.setTextVisible(False)
         self.progress_bar.setAccessibleName(tr("Progress of the {name}").format(name=name))
         row.addWidget(self.progress_bar)
-        self.stop_button = ActionButton(cancel, tr("Stop"), look)
+        self.stop_button = ActionButton(cancel, tr("Stop"), style)
         row.addWidget(self.stop_button)
-        look.changed.connect(self._rescale)
+        style.changed.connect(self._rescale)
         self._rescale()
         self.hide()
 
     def _rescale(self) -> None:
-        self.progress_bar.setFixedSize(self._look.px(160), self._look.px(8))
+        self.progress_bar.setFixedSize(self._style.px(160), self._style.px(8))
 
-    def begin(self, title: str) -> None:
+    def start(self, title: str) -> None:
         self.title = title
         self.text_label.setText(tr("{title}: starting").format(title=title))
         self.progress_bar.setRange(0, 0)
@@ -87,10 +87,10 @@ class JobBanner:
             self._banners.remove(self._banner)
             self._banner = None
 
-    def show_result(self, words: str, offer: str, look: Callable[[], object]) -> None:
+    def show_result(self, words: str, offer: str, style: Callable[[], object]) -> None:
         """Tell what came of a work, and offer to look at it."""
         self.clear()
-        self._end = self._banners.show_banner("note", words, (offer, look))
+        self._end = self._banners.show_banner("note", words, (offer, style))
 
     def clear(self) -> None:
         """Tell nothing here of what the place itself shows now."""

@@ -73,10 +73,10 @@ _NARROW = 800
 class NavigationButton(QAbstractButton):
     """One place on the rail."""
 
-    def __init__(self, place: PageInfo, look: DisplayStyle) -> None:
+    def __init__(self, place: PageInfo, style: DisplayStyle) -> None:
         super().__init__()
         self.page = place
-        self._look = look
+        self._style = style
         self.narrow = False
         self.setCheckable(True)
         self.setText(tr(place.title))
@@ -86,32 +86,34 @@ class NavigationButton(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        look = self._look
-        return QSize(look.px(48), look.px(48)) if self.narrow else QSize(look.px(80), look.px(64))
+        style = self._style
+        return (
+            QSize(style.px(48), style.px(48)) if self.narrow else QSize(style.px(80), style.px(64))
+        )
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, box = self._look, QRectF(self.rect())
+        style, box = self._style, QRectF(self.rect())
         painter = QPainter(self)
         chosen = self.isChecked()
         if chosen or self.underMouse():
-            painter.fillRect(box, look.color("chosen" if chosen else "hover"))
+            painter.fillRect(box, style.color("chosen" if chosen else "hover"))
         if chosen:
-            painter.fillRect(QRectF(0, 0, look.px(3), box.height()), look.color("accent"))
-        ink: QColor = look.color("text" if chosen else "muted")
-        side = look.px(24)
-        top = (box.height() - side) / 2 if self.narrow else look.px(8)
+            painter.fillRect(QRectF(0, 0, style.px(3), box.height()), style.color("accent"))
+        ink: QColor = style.color("text" if chosen else "muted")
+        side = style.px(24)
+        top = (box.height() - side) / 2 if self.narrow else style.px(8)
         paint_icon(painter, self.page.id, QRectF((box.width() - side) / 2, top, side, side), ink)
         if not self.narrow:
             painter.setPen(ink)
-            painter.setFont(look.font("label", strong=chosen))
-            line = QRectF(0, look.px(34), box.width(), look.px(14))
+            painter.setFont(style.font("label", strong=chosen))
+            line = QRectF(0, style.px(34), box.width(), style.px(14))
             painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.text())
-            painter.setPen(look.color("muted"))
-            painter.setFont(look.font("small"))
-            line = QRectF(0, look.px(47), box.width(), look.px(13))
+            painter.setPen(style.color("muted"))
+            painter.setFont(style.font("small"))
+            line = QRectF(0, style.px(47), box.width(), style.px(13))
             painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.page.shortcut)
         if self.hasFocus():
-            painter.setPen(look.color("accent"))
+            painter.setPen(style.color("accent"))
             painter.drawRect(box.adjusted(1, 1, -2, -2))
         painter.end()
 
@@ -121,9 +123,9 @@ class NavigationRail(QWidget):
 
     page_selected = Signal(str)  # Id of the place the user pressed.
 
-    def __init__(self, look: DisplayStyle) -> None:
+    def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("rail")
         self.setAccessibleName(tr("Places"))
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -131,7 +133,7 @@ class NavigationRail(QWidget):
         self.buttons: dict[str, NavigationButton] = {}
         self._group = ExclusiveButtonGroup(self)
         for place in PAGES:
-            button = NavigationButton(place, look)
+            button = NavigationButton(place, style)
             button.clicked.connect(
                 lambda _checked=False, name=place.id: self.page_selected.emit(name)
             )
@@ -139,14 +141,14 @@ class NavigationRail(QWidget):
             column.addWidget(button)
             self.buttons[place.id] = button
         column.addStretch(1)
-        look.changed.connect(self._refresh)
+        style.changed.connect(self._refresh)
 
     def show_page(self, place_id: str) -> None:
         self.buttons[place_id].setChecked(True)
 
     def fit(self, window_width: int) -> None:
         """Drop the words where the window is narrow for its scale."""
-        narrow = window_width < self._look.px(_NARROW)
+        narrow = window_width < self._style.px(_NARROW)
         if any(button.narrow != narrow for button in self.buttons.values()):
             for button in self.buttons.values():
                 button.narrow = narrow

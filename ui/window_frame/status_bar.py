@@ -26,12 +26,12 @@ class StatusItemWidget(QWidget):
 
     pressed = Signal(str)  # Id of the part.
 
-    def __init__(self, part: StatusItem, look: DisplayStyle) -> None:
+    def __init__(self, part: StatusItem, style: DisplayStyle) -> None:
         super().__init__()
         self.item = part
         # Whether word and value share one line, for windows that are low for their scale.
         self.is_flat = False
-        self._look = look
+        self._style = style
         wide = QSizePolicy.Policy.Expanding if part.stretches else QSizePolicy.Policy.Preferred
         self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
         self._describe()
@@ -56,57 +56,57 @@ class StatusItemWidget(QWidget):
         self.setToolTip(part.detail)
 
     def sizeHint(self) -> QSize:
-        look = self._look
+        style = self._style
         if self.is_flat:
-            step = look.px(_FLAT_STEP)
-            needed = sum(self._flat_widths()) + look.px(24 if self.item.state == "plain" else 40)
-            return QSize(math.ceil(needed / step) * step, look.px(28))
-        return QSize(look.px(self.item.width + 16), look.px(48))
+            step = style.px(_FLAT_STEP)
+            needed = sum(self._flat_widths()) + style.px(24 if self.item.state == "plain" else 40)
+            return QSize(math.ceil(needed / step) * step, style.px(28))
+        return QSize(style.px(self.item.width + 16), style.px(48))
 
     def minimumSizeHint(self) -> QSize:
         size = self.sizeHint()
         if self.item.stretches:
-            size.setWidth(min(size.width(), self._look.px(self.item.width)))
+            size.setWidth(min(size.width(), self._style.px(self.item.width)))
         return size
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, part = self._look, self.item
+        style, part = self._style, self.item
         painter = QPainter(self)
         box = QRectF(self.rect())
         if part.state in ("caution", "warning"):
-            painter.fillRect(box, look.color(f"{part.state}_band"))
+            painter.fillRect(box, style.color(f"{part.state}_band"))
         elif part.state == "unknown":
-            brush = QBrush(look.color("line"), Qt.BrushStyle.BDiagPattern)
+            brush = QBrush(style.color("line"), Qt.BrushStyle.BDiagPattern)
             painter.fillRect(box, brush)
-        left = look.px(8)
-        top = look.px(7 if self.is_flat else 6)
-        line = QRectF(left, top, box.width() - 2 * left, look.px(14))
+        left = style.px(8)
+        top = style.px(7 if self.is_flat else 6)
+        line = QRectF(left, top, box.width() - 2 * left, style.px(14))
         if part.state != "plain":
-            side = look.px(10)
+            side = style.px(10)
             sign = QRectF(left, line.center().y() - side / 2, side, side)
-            paint_indicator(painter, part.state, sign, look.state_color(part.state))
-            line.setLeft(left + side + look.px(5))
+            paint_indicator(painter, part.state, sign, style.state_color(part.state))
+            line.setLeft(left + side + style.px(5))
         self._word(painter, line)
-        below = QRectF(left, look.px(20), box.width() - 2 * left, look.px(24))
+        below = QRectF(left, style.px(20), box.width() - 2 * left, style.px(24))
         if self.is_flat:
-            word = self._flat_word(line.width()) + look.px(8)
+            word = self._flat_word(line.width()) + style.px(8)
             below = QRectF(line.left() + word, 0, line.width() - word, box.height())
         self._value(painter, below)
-        painter.setPen(look.color("line"))
+        painter.setPen(style.color("line"))
         edge = box.right() - 0.5
         painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
         painter.end()
 
     def _value_font(self) -> QFont:
         if self.is_flat and self.item.stretches:
-            return self._look.font("label", strong=True)
-        font = self._look.font("body", strong=True)
-        font.setPixelSize(self._look.px(15))
+            return self._style.font("label", strong=True)
+        font = self._style.font("body", strong=True)
+        font.setPixelSize(self._style.px(15))
         return font
 
     def _flat_widths(self) -> tuple[float, float]:
-        small = QFontMetricsF(self._look.font("label"))
-        part, gap = self.item, self._look.px(8)
+        small = QFontMetricsF(self._style.font("label"))
+        part, gap = self.item, self._style.px(8)
         value = QFontMetricsF(self._value_font()).horizontalAdvance(part.value)
         note = gap + small.horizontalAdvance(part.note) if part.note else 0.0
         return small.horizontalAdvance(part.title), value + note
@@ -114,12 +114,12 @@ class StatusItemWidget(QWidget):
     def _flat_word(self, width: float) -> float:
         """Return the room for the word on one line; the value goes first."""
         word, value = self._flat_widths()
-        return min(word, max(0.3 * width, width - value - self._look.px(8)))
+        return min(word, max(0.3 * width, width - value - self._style.px(8)))
 
     def _word(self, painter: QPainter, line: QRectF) -> None:
-        font = self._look.font("label")
+        font = self._style.font("label")
         painter.setFont(font)
-        painter.setPen(self._look.color("muted" if self.item.state != "warning" else "text"))
+        painter.setPen(self._style.color("muted" if self.item.state != "warning" else "text"))
         # A pixel more, as the widths are rounded.
         room = self._flat_word(line.width()) + 1.0 if self.is_flat else line.width()
         words = self.item.title
@@ -129,7 +129,7 @@ class StatusItemWidget(QWidget):
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:
-        look, part = self._look, self.item
+        style, part = self._style, self.item
         font = self._value_font()
         metrics = QFontMetricsF(font)
         if (
@@ -141,28 +141,28 @@ class StatusItemWidget(QWidget):
             return
         role = part.state if part.state in ("caution", "warning") else "text"
         painter.setFont(font)
-        painter.setPen(look.color("muted" if part.state == "unknown" else role))
+        painter.setPen(style.color("muted" if part.state == "unknown" else role))
         value = metrics.elidedText(part.value, Qt.TextElideMode.ElideRight, line.width())
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, value)
-        used = metrics.horizontalAdvance(value) + look.px(8)
+        used = metrics.horizontalAdvance(value) + style.px(8)
         room = line.width() - used
-        if part.note and room > look.px(16):
-            small = look.font("label")
+        if part.note and room > style.px(16):
+            small = style.font("label")
             painter.setFont(small)
-            painter.setPen(look.color("muted" if role == "text" else "text"))
+            painter.setPen(style.color("muted" if role == "text" else "text"))
             note = QFontMetricsF(small).elidedText(part.note, Qt.TextElideMode.ElideRight, room)
             painter.drawText(line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, note)
 
     def _sentence(self, painter: QPainter, line: QRectF) -> None:
         """Draw a long value in two small lines; what still does not fit is in the tool tip."""
-        look, part = self._look, self.item
-        font = look.font("label", strong=True)
+        style, part = self._style, self.item
+        font = style.font("label", strong=True)
         painter.setFont(font)
-        painter.setPen(look.color(part.state if part.state in ("caution", "warning") else "text"))
+        painter.setPen(style.color(part.state if part.state in ("caution", "warning") else "text"))
         metrics = QFontMetricsF(font)
         first, rest = _break_text(part.value, metrics, line.width())
-        high = look.px(14)
-        top = QRectF(line.left(), look.px(19), line.width(), high)
+        high = style.px(14)
+        top = QRectF(line.left(), style.px(19), line.width(), high)
         painter.drawText(top, Qt.AlignmentFlag.AlignVCenter, first)
         rest = metrics.elidedText(rest, Qt.TextElideMode.ElideRight, line.width())
         painter.drawText(top.translated(0, high), Qt.AlignmentFlag.AlignVCenter, rest)
@@ -184,9 +184,9 @@ class StatusBar(QWidget):
 
     pressed = Signal(str)  # Id of the part the user pressed.
 
-    def __init__(self, look: DisplayStyle, buttons: Mapping[str, QWidget] | None = None) -> None:
+    def __init__(self, style: DisplayStyle, buttons: Mapping[str, QWidget] | None = None) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self._buttons = buttons or {}
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -198,14 +198,14 @@ class StatusBar(QWidget):
         self.setSizePolicy(policy)
         self.item_widgets: dict[str, StatusItemWidget] = {}
         self._flat = False
-        look.changed.connect(self._resized)
+        style.changed.connect(self._resized)
 
     def show_items(self, parts: Iterable[StatusItem]) -> None:
         wider = False
         for part in parts:
             view = self.item_widgets.get(part.id)
             if view is None:
-                view = StatusItemWidget(part, self._look)
+                view = StatusItemWidget(part, self._style)
                 view.pressed.connect(self.pressed)
                 self.item_widgets[part.id] = view
                 self._flow.addWidget(view)
@@ -222,7 +222,7 @@ class StatusBar(QWidget):
             self._resized()
 
     def fit(self, window_height: int) -> None:
-        flat = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
+        flat = window_height < self._style.px(_LOW_WINDOW_HEIGHT)
         if flat != self._flat:
             self._flat = flat
             self._resized()

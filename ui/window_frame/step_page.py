@@ -45,12 +45,12 @@ _LOW_WINDOW_HEIGHT = 440
 class StepButton(QAbstractButton, ArrowKeyNavigation):
     """One step: number and title, below them how it stands."""
 
-    def __init__(self, number: int, step: PageStep, action: QAction, look: DisplayStyle) -> None:
+    def __init__(self, number: int, step: PageStep, action: QAction, style: DisplayStyle) -> None:
         super().__init__()
         self.step = step
         self.state = StepStatus()
         self.is_low = False
-        self._look = look
+        self._style = style
         self._keys = shortcut_text(action.shortcut().toString())
         self.setText(f"{number}  {tr(step.title)}")
         self.setCheckable(True)
@@ -74,50 +74,52 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         self.setToolTip(f"{self.state.detail or tr(self.step.purpose)} ({self._keys})")
 
     def sizeHint(self) -> QSize:
-        return QSize(self._look.px(120), self._look.px(48 if self.is_low else 56))
+        return QSize(self._style.px(120), self._style.px(48 if self.is_low else 56))
 
     def _title_font(self) -> QFont:
-        font = self._look.font("body", strong=True)
-        font.setPixelSize(self._look.px(15))
+        font = self._style.font("body", strong=True)
+        font.setPixelSize(self._style.px(15))
         return font
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        look, box = self._look, QRectF(self.rect())
+        style, box = self._style, QRectF(self.rect())
         painter = QPainter(self)
         chosen = self.isChecked()
         if chosen or self.underMouse():
-            painter.fillRect(box, look.color("panel" if chosen else "hover"))
+            painter.fillRect(box, style.color("panel" if chosen else "hover"))
         if chosen:
-            high = look.px(3)
-            painter.fillRect(QRectF(0, box.height() - high, box.width(), high), look.color("text"))
-        left, side = look.px(12), look.px(12)
-        wide = box.width() - left - look.px(8)
+            high = style.px(3)
+            painter.fillRect(QRectF(0, box.height() - high, box.width(), high), style.color("text"))
+        left, side = style.px(12), style.px(12)
+        wide = box.width() - left - style.px(8)
         font = self._title_font()
         painter.setFont(font)
-        painter.setPen(look.color("text" if chosen else "muted"))
-        line = QRectF(left, look.px(6), wide, look.px(20))
+        painter.setPen(style.color("text" if chosen else "muted"))
+        line = QRectF(left, style.px(6), wide, style.px(20))
         title = QFontMetricsF(font).elidedText(self.text(), Qt.TextElideMode.ElideRight, wide)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, title)
         room = wide
         if not self.is_low:
-            used = QFontMetricsF(font).horizontalAdvance(title) + look.px(10)
-            painter.setFont(look.font("small"))
-            painter.setPen(look.color("muted"))
+            used = QFontMetricsF(font).horizontalAdvance(title) + style.px(10)
+            painter.setFont(style.font("small"))
+            painter.setPen(style.color("muted"))
             painter.drawText(
                 line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, self._keys
             )
         shown = self.state
-        top = look.px(26)
+        top = style.px(26)
         if shown.state != "plain" and shown.text:
-            color = look.state_color(shown.state)
-            paint_indicator(painter, shown.state, QRectF(left, top + look.px(2), side, side), color)
-            left += side + look.px(6)
-            room -= side + look.px(6)
-        painter.setFont(look.font("body"))
-        painter.setPen(look.state_color(shown.state))
-        self._draw_status_text(painter, QRectF(left, top, room, box.height() - top - look.px(4)))
+            color = style.state_color(shown.state)
+            paint_indicator(
+                painter, shown.state, QRectF(left, top + style.px(2), side, side), color
+            )
+            left += side + style.px(6)
+            room -= side + style.px(6)
+        painter.setFont(style.font("body"))
+        painter.setPen(style.state_color(shown.state))
+        self._draw_status_text(painter, QRectF(left, top, room, box.height() - top - style.px(4)))
         if self.hasFocus():
-            painter.setPen(look.color("accent"))
+            painter.setPen(style.color("accent"))
             painter.drawRect(box.adjusted(1, 1, -2, -2))
         painter.end()
 
@@ -140,14 +142,14 @@ class StepList(QWidget):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         steps: Sequence[PageStep],
         *,
         prefix: str,
         name: str,
     ) -> None:
         super().__init__()
-        self._look = look
+        self._style = style
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(name)
@@ -155,11 +157,11 @@ class StepList(QWidget):
         self._group = ExclusiveButtonGroup(self)
         self.buttons: dict[str, StepButton] = {}
         for number, step in enumerate(steps, start=1):
-            button = StepButton(number, step, actions[f"{prefix}_{step.id}"], look)
+            button = StepButton(number, step, actions[f"{prefix}_{step.id}"], style)
             self._group.add_button(button)
             row.addWidget(button, 1)
             self.buttons[step.id] = button
-        look.changed.connect(self._refresh)
+        style.changed.connect(self._refresh)
 
     def show_step(self, step_id: str) -> None:
         self.buttons[step_id].setChecked(True)
@@ -168,7 +170,7 @@ class StepList(QWidget):
         self.buttons[step_id].show_state(state)
 
     def fit(self, window_height: int) -> None:
-        low = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
+        low = window_height < self._style.px(_LOW_WINDOW_HEIGHT)
         for button in self.buttons.values():
             if button.is_low != low:
                 button.is_low = low
@@ -185,9 +187,9 @@ class AbstractStepPage(QWidget):
 
     changed = Signal()  # Other commands are of use, or the step stands differently.
 
-    def __init__(self, look: DisplayStyle, name: str) -> None:
+    def __init__(self, style: DisplayStyle, name: str) -> None:
         super().__init__()
-        self.display_style = look
+        self.display_style = style
         self.setAccessibleName(name)
 
     @property
@@ -218,7 +220,7 @@ class AbstractStepPage(QWidget):
         """Show what was undone or redone."""
         self.changed.emit()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         """Put the keyboard where one goes on."""
         raise NotImplementedError
 
@@ -236,11 +238,11 @@ class WindowPage(QWidget):
     show_requested = Signal()  # The page should be on screen.
 
     def __init__(
-        self, name: str, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
+        self, name: str, actions: Mapping[str, QAction], style: DisplayStyle, store: SettingsStore
     ) -> None:
         super().__init__()
         self._actions = actions
-        self._look = look
+        self._style = style
         self._store = store
         self.setAccessibleName(name)
         self.column = arrange(QVBoxLayout(self), 0)
@@ -274,16 +276,16 @@ class JobPage(WindowPage):
         self,
         name: str,
         actions: Mapping[str, QAction],
-        look: DisplayStyle,
+        style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
         job_name: str,
         cancel_command: str,
     ) -> None:
-        super().__init__(name, actions, look, store)
+        super().__init__(name, actions, style, store)
         self._banners = banners
         self._banner = JobBanner(banners, self.cancel)
-        self.strip = JobProgressPanel(look, actions[cancel_command], job_name)
+        self.strip = JobProgressPanel(style, actions[cancel_command], job_name)
         self.column.insertWidget(0, self.strip)
 
     @property
@@ -303,7 +305,7 @@ class JobPage(WindowPage):
         super().hideEvent(event)
 
     def _show_began(self, title: str) -> None:
-        self.strip.begin(title)
+        self.strip.start(title)
         if not self.isVisible():
             self._banner.show(self.strip.title)
         self.changed.emit()
@@ -340,7 +342,7 @@ class MultiStepPage(WindowPage, Generic[Step]):
         self.step = ""  # The one on screen; empty before the first.
         self.steps = StepList(
             self._actions,
-            self._look,
+            self._style,
             self.all_steps,
             prefix=self.prefix,
             name=tr(self.step_list_name),
@@ -415,7 +417,7 @@ class MultiStepPage(WindowPage, Generic[Step]):
         self._store.change(**{self.setting: step_id})
         self.refresh()
         if begin:
-            self.begin()
+            self.set_initial_focus()
         self.changed.emit()
 
     def get_page(self, step_id: str) -> Step:
@@ -437,6 +439,6 @@ class MultiStepPage(WindowPage, Generic[Step]):
         self.refresh()
         self.changed.emit()
 
-    def begin(self) -> None:
+    def set_initial_focus(self) -> None:
         if self.step:
-            self.pages[self.step].begin()
+            self.pages[self.step].set_initial_focus()

@@ -46,13 +46,6 @@ _INPUTS: Final = {"3-2-1-1": "3-2-1-1 input"}
 _SPEED_TEXTS: Final = {"US": "ft/s", "SI": "m/s"}
 
 
-def format_derivative(name: str) -> str:
-    """Return a derivative as it is written: ``C_nr``, ``C_m_alpha``."""
-    family, _, variable = name.partition("_")
-    joint = "" if len(variable) == 1 else "_"
-    return f"C_{family[1:]}{joint}{variable}"
-
-
 def describe_forecast(
     card: TestCard,
     repeats: int,
@@ -77,9 +70,9 @@ def describe_forecast(
     value = abs(model.derivative(best.name))
     after = _percent(best.bound_after / value)
     if best.bound_before is None or best.bound_before > INFORMATION.max_relative_bound * value:
-        return f"{said}: {format_derivative(best.name)} to {after}"
+        return f"{said}: {best.name} to {after}"
     before = _percent(best.bound_before / value)
-    return f"{said}: {format_derivative(best.name)} from {before} to {after}"
+    return f"{said}: {best.name} from {before} to {after}"
 
 
 def log_bound_reduction(gain: BoundReduction, model: Model) -> float:

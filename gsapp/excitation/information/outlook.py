@@ -51,7 +51,7 @@ class CardForecast:
     seconds: float
     """Flight time that it takes."""
     text: str
-    """"two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"."""
+    """"two more rudder-aileron doublets at 105 ft/s: Cn_r from 35 % to 15 %"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -213,7 +213,7 @@ class ManeuverDetector:
             self._flown.append((begin, float(times[-1])))
         self._frames.append((times, rows))
         self._measure_noise(rows)
-        self._look(times, peaks, moves)
+        self._note_moves(times, peaks, moves)
         if self._candidate is None:
             self._learn([peaks])
         else:
@@ -238,7 +238,7 @@ class ManeuverDetector:
         if self._watch.airborne:
             self._quick.learn_pilot_activity(frames)
 
-    def _look(self, times: FloatArray, peaks: FloatArray, moves: FloatArray) -> None:
+    def _note_moves(self, times: FloatArray, peaks: FloatArray, moves: FloatArray) -> None:
         """Note the quick moves of a frame."""
         thresholds = self._quick.thresholds
         quick = [place for place in range(len(SURFACES)) if peaks[place] > thresholds[place]]

@@ -15,7 +15,7 @@ from gsapp.identification.compatibility.axis_hypotheses import (
     evaluate_signs,
     find_axis_corrections,
 )
-from gsapp.identification.compatibility.error_selection import select_errors, settings_for
+from gsapp.identification.compatibility.error_selection import scale_settings, select_errors
 from gsapp.identification.compatibility.instrument_error_fit import (
     InstrumentErrorFit,
     SegmentFit,
@@ -83,7 +83,7 @@ def check_compatibility(
     if not maneuvers:
         raise FlightError("there is no maneuver to check instruments by; give at least one")
     prepared = prepare_segments(maneuvers, aircraft)
-    chosen = settings_for(settings or CompatibilitySettings(), aircraft or maneuvers[0].aircraft)
+    chosen = scale_settings(settings or CompatibilitySettings(), aircraft or maneuvers[0].aircraft)
     comparisons, disagreements = compare_redundant_sensors(maneuvers, chosen)
     stuck = (*_stuck_verdicts(prepared), *disagreements)
     if not prepared.segments:

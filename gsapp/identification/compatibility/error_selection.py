@@ -28,20 +28,20 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities.fields import Position
 
 
-def settings_for(settings: CompatibilitySettings, aircraft: Aircraft) -> CompatibilitySettings:
+def scale_settings(settings: CompatibilitySettings, aircraft: Aircraft) -> CompatibilitySettings:
     """Return settings in which positions of vanes are plausible for the size of an aircraft."""
     span = aircraft.geometry.span
-    likely = dict.fromkeys(VANE_POSITIONS, COMPATIBILITY.plausible_position * span)
-    everyday = dict.fromkeys(VANE_POSITIONS, COMPATIBILITY.tolerable_position * span)
+    plausible = dict.fromkeys(VANE_POSITIONS, COMPATIBILITY.plausible_position * span)
+    tolerable = dict.fromkeys(VANE_POSITIONS, COMPATIBILITY.tolerable_position * span)
     return replace(
         settings,
-        plausible={**likely, **settings.plausible},
-        tolerable={**everyday, **settings.tolerable},
+        plausible={**plausible, **settings.plausible},
+        tolerable={**tolerable, **settings.tolerable},
     )
 
 
 def select_errors(
-    stretches: Sequence[CompatibilitySegment],
+    segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
     free: Sequence[str],
 ) -> InstrumentErrorFit:
@@ -52,7 +52,7 @@ def select_errors(
 
     Parameters
     ----------
-    stretches : sequence of CompatibilitySegment
+    segments : sequence of CompatibilitySegment
     settings : CompatibilitySettings
     free : sequence of str
         Errors of instruments that are there.
@@ -62,14 +62,18 @@ def select_errors(
     InstrumentErrorFit
         Its bounds may not be corrected for color.
     """
-    full = fit_instrument_errors(stretches, settings, free, bounds=False)
-    positions = _positions(stretches)
-    suspect = full.converged and any(_is_excessive(full, settings, name) for name in full.free)
-    if full.converged and not suspect and not _significant_gains(full, settings, positions):
+    full = fit_instrument_errors(segments, settings, free, bounds=False)
+    positions = _positions(segments)
+    is_suspect = full.converged and any(_is_excessive(full, settings, name) for name in full.free)
+    if full.converged and not is_suspect and not _significant_gains(full, settings, positions):
         return full
-    found = _with_bounds(_add_errors(stretches, settings, free, []), stretches, settings)
-    placed = found.converged and any(_is_misplaced(found, settings, name) for name in positions)
-    if not placed or (full.converged and _schwarz_criterion(full) < _schwarz_criterion(found)):
+    found = _with_bounds(_add_errors(segments, settings, free, []), segments, settings)
+    is_misplaced = found.converged and any(
+        _is_misplaced(found, settings, name) for name in positions
+    )
+    if not is_misplaced or (
+        full.converged and _schwarz_criterion(full) < _schwarz_criterion(found)
+    ):
         return full
     return found
 
@@ -127,38 +131,38 @@ def find_vane_positions(maneuvers: Sequence[Maneuver]) -> tuple[VanePosition, ..
         Those whose distance is beyond chance and matters.
     """
     prepared = prepare_segments(maneuvers, None)
-    stretches = _most_excited(prepared.segments)
-    if not stretches or not (positions := _positions(stretches)):
+    segments = _select_excited_segments(prepared.segments)
+    if not segments or not (positions := _positions(segments)):
         return ()
-    settings = settings_for(CompatibilitySettings(), maneuvers[0].aircraft)
+    settings = scale_settings(CompatibilitySettings(), maneuvers[0].aircraft)
     free = [name for name in settings.free if name.partition(".")[0] in prepared.channels]
-    found = _add_errors(stretches, settings, free, positions)
+    found = _add_errors(segments, settings, free, positions)
     if not found.converged or not set(positions) & set(found.free):
         return ()
-    final = _with_bounds(found, stretches, settings)
+    final = _with_bounds(found, segments, settings)
     return tuple(
-        replace(placed, delay=_delay_instead(final, stretches, settings, name))
+        replace(vane, delay=_find_equivalent_delay(final, segments, settings, name))
         for name in positions
         if final.converged
-        and (placed := _vane_position(final, settings, name, maneuvers[0].aircraft)) is not None
+        and (vane := _vane_position(final, settings, name, maneuvers[0].aircraft)) is not None
     )
 
 
 def _with_bounds(
     found: InstrumentErrorFit,
-    stretches: Sequence[CompatibilitySegment],
+    segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
 ) -> InstrumentErrorFit:
     """Return a fit with bounds corrected for color; the same where it did not converge."""
     if not found.converged:
         return found
     noises = [one.noise for one in found.segments]
-    return fit_instrument_errors(stretches, settings, found.free, noises=noises, begin=found)
+    return fit_instrument_errors(segments, settings, found.free, noises=noises, begin=found)
 
 
-def _delay_instead(
+def _find_equivalent_delay(
     found: InstrumentErrorFit,
-    stretches: Sequence[CompatibilitySegment],
+    segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
     position: str,
 ) -> float | None:
@@ -167,7 +171,7 @@ def _delay_instead(
     if delay in found.free:
         return None
     tried = fit_instrument_errors(
-        stretches,
+        segments,
         settings,
         [name for name in found.free if name != position] + [delay],
         noises=[one.noise for one in found.segments],
@@ -204,7 +208,7 @@ def _vane_position(
     ahead, std = found.errors[name], found.std(name)
     channel = name.partition(".")[0]
     gyro = {"alpha": "q", "beta": "r"}[channel]
-    seen = max(
+    response = max(
         float(
             np.std(one.segment.inputs[gyro] / one.prediction.path.velocity[:, 0])
             / one.segment.noise[channel]
@@ -213,7 +217,7 @@ def _vane_position(
         if channel in one.segment.noise
     )
     if (
-        abs(ahead) * seen < COMPATIBILITY.min_position_effect
+        abs(ahead) * response < COMPATIBILITY.min_position_effect
         or abs(ahead) > COMPATIBILITY.max_position * aircraft.geometry.span
     ):
         return None
@@ -221,46 +225,48 @@ def _vane_position(
     return VanePosition(channel=channel, ahead=ahead, std=std, position=(x + ahead, y, z))
 
 
-def _most_excited(stretches: Sequence[CompatibilitySegment]) -> list[CompatibilitySegment]:
-    """Return the stretches in which most pitching, and most yawing, is seen; in their order."""
-    kept = set[int]()
+def _select_excited_segments(
+    segments: Sequence[CompatibilitySegment],
+) -> list[CompatibilitySegment]:
+    """Return the segments in which most pitching, and most yawing, is seen; in their order."""
+    selected = set[int]()
     for gyro in ("q", "r"):
-        power = [float(np.var(one.inputs[gyro]) * one.times.size * one.dt) for one in stretches]
-        kept.update(np.argsort(power)[-COMPATIBILITY.screening_segments // 2 :].tolist())
-    return [stretches[place] for place in sorted(kept)]
+        power = [float(np.var(one.inputs[gyro]) * one.times.size * one.dt) for one in segments]
+        selected.update(np.argsort(power)[-COMPATIBILITY.screening_segments // 2 :].tolist())
+    return [segments[index] for index in sorted(selected)]
 
 
-def _positions(stretches: Sequence[CompatibilitySegment]) -> list[str]:
-    shown = set[str]().union(*(one.measured for one in stretches))
-    return [name for name in VANE_POSITIONS if name.partition(".")[0] in shown]
+def _positions(segments: Sequence[CompatibilitySegment]) -> list[str]:
+    measured = set[str]().union(*(one.measured for one in segments))
+    return [name for name in VANE_POSITIONS if name.partition(".")[0] in measured]
 
 
 def _add_errors(
-    stretches: Sequence[CompatibilitySegment],
+    segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
     free: Sequence[str],
-    until: Sequence[str],
+    targets: Sequence[str],
 ) -> InstrumentErrorFit:
-    """Fit biases of what is integrated, then add errors as long as one of `until` is asked for.
+    """Fit biases of what is integrated, then add errors as long as one of `targets` is asked for.
 
-    As long as any is asked for where `until` is empty.
+    As long as any is asked for where `targets` is empty.
     """
     biases = [f"{name}.bias" for name in KINEMATIC_INPUTS if f"{name}.bias" in free]
     found = fit_instrument_errors(
-        stretches, settings, biases, bounds=False, iterations=COMPATIBILITY.max_iterations
+        segments, settings, biases, bounds=False, iterations=COMPATIBILITY.max_iterations
     )
     gyros = [f"{name}.scale" for name in RATE_CHANNELS if f"{name}.bias" in free]
-    rest = [*_positions(stretches), *(name for name in (*free, *gyros) if name not in biases)]
-    while found.converged and (asked := _significant_gains(found, settings, rest)):
-        if until and not set(asked) & set(until):
+    candidates = [*_positions(segments), *(name for name in (*free, *gyros) if name not in biases)]
+    while found.converged and (significant := _significant_gains(found, settings, candidates)):
+        if targets and not set(significant) & set(targets):
             break
         # Position, delay and scale of a vane look much alike: all are tried, the likeliest stays,
-        # in doubt one of `until`.
-        channel = next(iter(asked)).partition(".")[0]
-        rivals = [name for name in asked if name.partition(".")[0] == channel]
+        # in doubt one of `targets`.
+        channel = next(iter(significant)).partition(".")[0]
+        rivals = [name for name in significant if name.partition(".")[0] == channel]
         tried = [
             fit_instrument_errors(
-                stretches,
+                segments,
                 settings,
                 [*found.free, name],
                 bounds=False,
@@ -269,18 +275,18 @@ def _add_errors(
             )
             for name in rivals
         ]
-        rest = [name for name in rest if name not in rivals]
+        candidates = [name for name in candidates if name not in rivals]
         best = min(
             tried,
             key=lambda one: (
                 one.neg2_log_likelihood
-                - COMPATIBILITY.min_likelihood_gain * (one.free[-1] in until)
+                - COMPATIBILITY.min_likelihood_gain * (one.free[-1] in targets)
             ),
         )
         gain = found.neg2_log_likelihood - best.neg2_log_likelihood
         if best.converged and gain > COMPATIBILITY.min_likelihood_gain:
             found = best
-            rest += [name for name in rivals if name not in best.free]
+            candidates += [name for name in rivals if name not in best.free]
     return found
 
 
