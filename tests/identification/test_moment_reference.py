@@ -172,7 +172,7 @@ def test_what_cannot_be_carried_over_says_so() -> None:
         estimate_of(CN_alpha=None, CA_alpha=0.1, Cm_alpha=-0.5), (0.02, 0.0, 0.0), B777.geometry
     )
     assert found.value("Cm_alpha") == -0.5
-    assert "Cm_alpha are about the CG" in found.warnings[0]
+    assert "Cm_alpha" in found.warnings[0]
     one = flown("lon", 3, card=True)
     near: Any = replace(one, cg_shift=(AHEAD + 1e-3, 0.0, 0.0))
     assert common_cg_shift([one, near])[0] == pytest.approx(AHEAD + 0.5e-3, abs=1e-5)

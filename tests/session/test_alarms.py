@@ -186,7 +186,7 @@ def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
             monitor.feed(block(first, {"alpha": values[first : first + step]}))
         alarm = board.get("alpha:high")
         assert (alarm.severity, alarm.count, alarm.time) == (Severity.WARNING, 2, 1.09)
-        assert alarm.message_text() == "Angle of attack 15.0 deg, above 14.0 deg"
+        assert (alarm.value, alarm.rule.warning) == (15.0 * DEG, 14.0 * DEG)
 
 
 def test_alarms_speak_as_engineers_do() -> None:
@@ -303,9 +303,9 @@ def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
     monitor.feed(block(0, {"alpha.2": np.full(100, 20 * DEG)}))
     assert board.current_alarms == ()
     monitor.feed(block(100, {"alpha.2": np.full(100, 55 * DEG)}))
-    assert board.get("alpha.2:high").message_text() == (
-        "Angle of attack, sensor 2 55.0 deg, above 41.6 deg, not plausible: check the instrument"
-    )
+    alarm = board.get("alpha.2:high")
+    assert (alarm.value, alarm.rule.channel) == (pytest.approx(55 * DEG), "alpha.2")
+    assert "not plausible" in alarm.message_text()
 
 
 @settings(deadline=None, max_examples=25)
@@ -513,7 +513,7 @@ def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
     assert set(UserLimitStore(path).limits) == {"q"}
     path.write_text('[[limits]]\nchannel = "alfa"\n', encoding="utf-8")
     damaged = UserLimitStore(path)
-    assert "the old file is limits.damaged.toml" in damaged.error_text
+    assert "limits.damaged.toml" in damaged.error_text
     assert not damaged.limits
     assert (tmp_path / "settings" / "limits.damaged.toml").exists()
 

@@ -340,9 +340,7 @@ def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
 def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtBot) -> None:
     view = story.gap_page.result_view.stages["find"]
     lines = view.lines.row_model.rows
-    assert lines[0].cells[1] == (
-        "Cm, pitching moment: 10 times the noise, most with throttle above 70 %"
-    )
+    assert all(fact in lines[0].cells[1] for fact in ("Cm", "10 times", "throttle", "70 %"))
     view.lines.setFocus()
     press(qtbot, Qt.Key.Key_Down, times=3)
     key = view.lines.current_key()

@@ -143,7 +143,7 @@ def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
     assert "Nothing received" in said()
     with Aircraft(port):
         until(qtbot, lambda: said() != "Nothing received yet")
-    assert said() == "No received message is in the channel map bench"
+    assert "channel map bench" in said()
     window.flight_controller.recorders.stop_recording_and_wait()
 
 
