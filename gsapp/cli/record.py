@@ -63,9 +63,9 @@ def record(
     # Before anything is made.
     with as_usage_error():
         settings = RecordingSettings(**values)
+        speed = settings.speed
+        check_speed(speed)
         kind = kind_of(parse_link(link))
-    speed = settings.speed
-    check_speed(speed)
     if speed is not None and kind.is_physical:
         raise CommandUsageError(
             f"only a flight or the virtual aircraft has a speed; leave out --speed for '{link}'"
