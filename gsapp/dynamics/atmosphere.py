@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsapp.dynamics.arithmetic import Value
+from gsapp.dynamics.signal_terms import lag_weights
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT, GRAVITY
 
@@ -113,6 +114,9 @@ class DrydenTurbulence:
     discretized with its exact transition and covariance, so that the variance is sigma^2 at every
     step length and stays so while the speed changes. Standard deviations (u, v, w) are in m/s,
     scale lengths in m; the default is that of low flight over a field.
+
+    With a `span` (m) there are rotational gusts, too (MIL-F-8785C, 3.7.2.2): p a first-order
+    process, q and r the slopes of w and v along the path, smoothed over that span.
     """
 
     def __init__(
@@ -120,6 +124,7 @@ class DrydenTurbulence:
         sigma: tuple[float, float, float] | float,
         *,
         scale: tuple[float, float, float] = (500.0 * FOOT, 250.0 * FOOT, 100.0 * FOOT),
+        span: float | None = None,
         seed: int = 0,
     ) -> None:
         self.sigma = (sigma, sigma, sigma) if isinstance(sigma, (int, float)) else tuple(sigma)
@@ -130,6 +135,12 @@ class DrydenTurbulence:
         self._u = float(start[0])
         self._v = (0.5 * float(start[1]), 0.5 * float(start[2]))
         self._w = (0.5 * float(start[3]), 0.5 * float(start[4]))
+        self.span = span
+        # A stream of its own: the gusts along the axes are the same with a span and without.
+        self._roll_random = np.random.default_rng((seed, 1))
+        self._roll = float(self._roll_random.standard_normal())
+        self._smooth = self.gust[1:]
+        self._rates = (0.0, 0.0)
 
     @property
     def gust(self) -> tuple[float, float, float]:
@@ -141,15 +152,45 @@ class DrydenTurbulence:
             self.sigma[2] * (self._w[0] + root3 * self._w[1]),
         )
 
+    @property
+    def rotation(self) -> tuple[float, float, float]:
+        """Return the rotation of the air now about body x, y, z, rad/s; zero without a span."""
+        if self.span is None:
+            return 0.0, 0.0, 0.0
+        length = self.scale[2]
+        # The integral of the one-sided spectrum of p.
+        share = 0.1 * math.pi**2 / (length * self.span)
+        share *= (math.pi * length / (4.0 * self.span)) ** (1.0 / 3.0)
+        return (self.sigma[2] * math.sqrt(share) * self._roll, *self._rates)
+
     def advance(self, dt: float, V: float) -> tuple[float, float, float]:
         """Go on by `dt` (s) at the airspeed `V` (m/s) and return the gust there."""
-        distance = max(V, 1.0) * dt
+        distance, before = max(V, 1.0) * dt, self.gust
         noise = self._random.standard_normal(5)
         decay = math.exp(-distance / self.scale[0])
         self._u = decay * self._u + math.sqrt(1.0 - decay * decay) * float(noise[0])
         self._v = _second_order(self._v, distance / self.scale[1], noise[1], noise[2])
         self._w = _second_order(self._w, distance / self.scale[2], noise[3], noise[4])
+        if self.span is not None:
+            self._rotate(distance, self.span, before)
         return self.gust
+
+    def _rotate(self, distance: float, span: float, before: tuple[float, float, float]) -> None:
+        """Go on by `distance` (m) from where the gust was `before`."""
+        noise = float(self._roll_random.standard_normal())
+        decay = math.exp(-distance * math.pi / (4.0 * span))
+        self._roll = decay * self._roll + math.sqrt(1.0 - decay * decay) * noise
+        smooth, rates = [], []
+        for share, old, new, last in zip(
+            (3.0, 4.0), before[1:], self.gust[1:], self._smooth, strict=True
+        ):
+            length = share * span / math.pi
+            kept, earlier, later = lag_weights(length, distance)
+            smooth.append(kept * last + earlier * old + later * new)
+            rates.append((new - smooth[-1]) / length)
+        self._smooth = (smooth[0], smooth[1])
+        # Air that turns with q moves up (w < 0) ahead, with r to the right (v > 0).
+        self._rates = (-rates[1], rates[0])
 
     def series(self, count: int, dt: float, V: float) -> FloatArray:
         """Return `count` successive gusts, shape (count, 3), m/s."""

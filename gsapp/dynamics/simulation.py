@@ -107,6 +107,7 @@ class _Excitation:
     throttle: float
     difference: float
     gust: tuple[float, ...]
+    rotation: tuple[float, ...]  # Of the air, p, q, r.
 
     def halfway(self, other: _Excitation) -> _Excitation:
         return _Excitation(
@@ -114,6 +115,7 @@ class _Excitation:
             0.5 * (self.throttle + other.throttle),
             0.5 * (self.difference + other.difference),
             _mean(self.gust, other.gust),
+            _mean(self.rotation, other.rotation),
         )
 
 
@@ -244,12 +246,11 @@ class Simulator:
             self.aircraft, self.dt, throttle=0.5 * sum(mean), running=commands.engines
         )
         self._engine: EngineState = self._engines.state
-        gust = self.turbulence.gust if self.turbulence else (0.0, 0.0, 0.0)
-        self._drive = self._driven(gust)
+        self._drive = self._driven()
         self._state: list[float] = [float(x) for x in (*velocity, *rates, *quaternion, *position)]
         self._instant: _Instant | None = None
         if len(self.model.state_names) > 9:
-            polar = self._polar(velocity, self._state)
+            polar = self._polar(velocity, self._state, self._drive.rotation)
             settled = self.model.steady_states(polar, self._inputs(self._drive))
             self._state += [float(x) for x in settled]
 
@@ -267,8 +268,9 @@ class Simulator:
         running = commands.engines and (self.fuel > 0.0 or self.aircraft.mass.fuel == 0.0)
         self._engine = self._engines.step(*_throttle_levers(commands), running=running)
         speed = math.sqrt(sum(x * x for x in now.air))
-        gust = self.turbulence.advance(dt, speed) if self.turbulence else (0.0, 0.0, 0.0)
-        before, after = self._drive, self._driven(gust)
+        if self.turbulence:
+            self.turbulence.advance(dt, speed)
+        before, after = self._drive, self._driven()
         middle = before.halfway(after)
         k1 = now.slope
         k2 = self._slope([x + 0.5 * dt * k for x, k in zip(state, k1, strict=True)], middle)
@@ -299,12 +301,14 @@ class Simulator:
             for name, actuator in self._actuators.items()
         }
 
-    def _driven(self, gust: Vector3) -> _Excitation:
+    def _driven(self) -> _Excitation:
+        still = (0.0, 0.0, 0.0)
         return _Excitation(
             tuple(position.surface for position in self._controls.values()),
             self._engine.throttle,
             self._engine.difference,
-            gust,
+            self.turbulence.gust if self.turbulence else still,
+            self.turbulence.rotation if self.turbulence else still,
         )
 
     @property
@@ -316,7 +320,10 @@ class Simulator:
         rho = float(self.atmosphere.density(altitude))
         return (*drive.surfaces, drive.throttle, drive.difference, rho, self.mass)
 
-    def _polar(self, air: Sequence[float], state: Sequence[float]) -> tuple[float, ...]:
+    def _polar(
+        self, air: Sequence[float], state: Sequence[float], rotation: Sequence[float]
+    ) -> tuple[float, ...]:
+        """Return the state as the air acts on it: relative to the air, its rotation included."""
         u, v, w = air
         forward = math.sqrt(u * u + w * w)
         V = math.sqrt(forward * forward + v * v)
@@ -325,9 +332,9 @@ class Simulator:
             max(V, SIMULATION.min_speed),
             math.atan2(w, u) if V > 0.0 else 0.0,
             math.atan2(v, forward) if V > 0.0 else 0.0,
-            state[3],
-            state[4],
-            state[5],
+            state[3] - rotation[0],
+            state[4] - rotation[1],
+            state[5] - rotation[2],
             *euler_from_quaternion(quaternion),
             *state[13:],
         )
@@ -350,7 +357,7 @@ class Simulator:
         wind = _to_body(matrix, self.wind.at(-down))
         gust = drive.gust
         air = (u - wind[0] - gust[0], v - wind[1] - gust[1], w - wind[2] - gust[2])
-        polar = self._polar(air, state)
+        polar = self._polar(air, state, drive.rotation)
         totals = self.model.evaluate(self._within(polar), self._inputs(drive))
         loads, body = totals.loads, totals.body
         scale = 1.0
@@ -401,9 +408,9 @@ class Simulator:
         Channels of the vocabulary keep their ids (at the CG, without any instrument). Beside
         them: ``V_dot alpha_dot beta_dot p_dot q_dot r_dot``; loads ``X Y Z L M N`` without those
         of the ground; coefficients ``CN CA CY Cl Cm Cn``; ``de_servo da_servo dr_servo``; gusts
-        ``gust_u gust_v gust_w``; ``u v w`` relative to the air; ``cg_x cg_y cg_z``, where the CG
-        lies from the aircraft file's (an effect may move it: positions of instruments count from
-        there); ``on_ground`` (0 or 1).
+        ``gust_u gust_v gust_w`` and rotation of the air ``gust_p gust_q gust_r``; ``u v w``
+        relative to the air; ``cg_x cg_y cg_z``, where the CG lies from the aircraft file's (an
+        effect may move it: positions of instruments count from there); ``on_ground`` (0 or 1).
         """
         now = self._at_this_instant()
         state, drive = self._state, self._drive
@@ -472,6 +479,9 @@ class Simulator:
             "gust_u": drive.gust[0],
             "gust_v": drive.gust[1],
             "gust_w": drive.gust[2],
+            "gust_p": drive.rotation[0],
+            "gust_q": drive.rotation[1],
+            "gust_r": drive.rotation[2],
             "cg_x": float(now.totals.cg[0]),
             "cg_y": float(now.totals.cg[1]),
             "cg_z": float(now.totals.cg[2]),

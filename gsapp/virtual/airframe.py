@@ -312,11 +312,14 @@ class Airframe:
         force: Vector = (now["ax"], now["ay"], now["an"])
         vane, fin = sensors.alpha_vane, sensors.beta_vane
         ax, ay, an = accelerations_at(self._places["accelerometer"], force, rates, spin)
-        at_probe = velocity_at(self._places["air_data"], flow, rates)
+        # Air that turns moves past each place as if the aircraft turned the other way.
+        through_air = tuple(now[name] - now[f"gust_{name}"] for name in "pqr")
+        turning: Vector = (through_air[0], through_air[1], through_air[2])
+        at_probe = velocity_at(self._places["air_data"], flow, turning)
         alpha = beta = 0.0
         if now["V"] > VIRTUAL.vane_friction_speed:
-            at_vane = velocity_at(self._places["alpha_vane"], flow, rates)
-            at_fin = velocity_at(self._places["beta_vane"], flow, rates)
+            at_vane = velocity_at(self._places["alpha_vane"], flow, turning)
+            at_fin = velocity_at(self._places["beta_vane"], flow, turning)
             alpha = alpha_vane(at_vane, vane.upwash)
             beta = beta_vane(at_fin, fin.kind, fin.upwash)
         de, da, dr = (self._recorded(channel) for channel in ("de", "da", "dr"))

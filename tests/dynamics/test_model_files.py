@@ -210,6 +210,24 @@ def test_turbulence_has_the_spectrum_of_dryden() -> None:
         assert abs(ratio.mean() - 1.0) < 0.06
 
 
+def test_rotational_gusts_have_the_spectra_of_mil_f_8785c() -> None:
+    """Roll by its own formula, pitch and yaw as filtered slopes of w and v."""
+    V, L, b, dt = 30.0, 30.0, 2.7, 0.02
+    air = DrydenTurbulence(1.0, scale=(L, L, L), span=b, seed=1)
+    rows = np.array([(*air.advance(dt, V), *air.rotation) for _ in range(60000)])
+    f, power = signal.welch(rows, fs=1.0 / dt, nperseg=2048, axis=0)
+    w = 2.0 * np.pi * f
+    half = 1.0 + (4.0 * b * w / (np.pi * V)) ** 2
+    roll = 2.0 * np.pi * 0.8 * (np.pi * L / (4.0 * b)) ** (1.0 / 3.0) / (L * V) / half
+    pitch = (w / V) ** 2 / half * power[:, 2]
+    yaw = (w / V) ** 2 / (1.0 + (3.0 * b * w / (np.pi * V)) ** 2) * power[:, 1]
+    band = (f > 0.1) & (f < 3.0)
+    for column, expected in ((3, roll), (4, pitch), (5, yaw)):
+        assert abs((power[band, column] / expected[band]).mean() - 1.0) < 0.06
+    plain = DrydenTurbulence(1.0, scale=(L, L, L), seed=1).series(50, dt, V)
+    assert np.array_equal(rows[:50, :3], plain), "the gusts along the axes stay"
+
+
 def test_turbulence_repeats_with_its_seed() -> None:
     one, two, other = (DrydenTurbulence(1.0, seed=s).series(50, 0.01, 30.0) for s in (7, 7, 8))
     assert np.array_equal(one, two)
