@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
 
 _FLIGHT_OPTIONS = (
-    "--plan", "--hide", "--model", "--turbulence", "--position", "--onboard", "--truth",
+    "--plan", "--hide", "--dirt", "--model", "--turbulence", "--position", "--onboard", "--truth",
     "--sticks", "--airborne", "--json",
 )  # fmt: skip
 """What the bench has no use for."""
@@ -87,6 +87,8 @@ def fly(
     """Fly the virtual aircraft, or calibrate it on the ground.
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --plan short
+
+    Example: gsapp fly --out flights/real --plan short --dirt all --seed 5
 
     Example: gsapp fly --to udpout:127.0.0.1:14550 --sticks --airborne --turbulence 0.3
 
@@ -148,6 +150,7 @@ def fly(
         "link": to,
         "truth": None if truth is None else str(truth),
         **dict(chosen),
+        "dirt": chosen.draw_dirt().as_dict() if chosen.dirt else None,
         "duration": None if reached is None else reached.time,
         "sent_bytes": 0 if reached is None else reached.sent_bytes,
     }
@@ -270,6 +273,7 @@ def _fill(
     settings: FlightSettings, folder: Path, *, name: str, console: PlainConsole
 ) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
+    from gsapp.cli._console import write_json
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.virtual.downlink.flight_downlink import write_record
 
@@ -288,6 +292,8 @@ def _fill(
     with _flight_status(console, f"Flying '{settings.plan}'") as show:
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
     _print_crash(downlink, console)
+    if settings.dirt:
+        write_json(folder / "dirt.json", settings.draw_dirt().as_dict())
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
     return downlink.truth(), show.progress

@@ -158,7 +158,8 @@ _STATE_CHANNELS = ("phi", "theta", "psi", "p", "q", "r", "north", "east", "climb
 class Airframe:
     """One aircraft, from standing on the runway to standing on it again.
 
-    `turbulence` is the standard deviation of the gusts, m/s; `dt` the step, s.
+    `turbulence` is the standard deviation of the gusts, m/s, `is_rotational` whether they turn the
+    air as well; `dt` the step, s.
     """
 
     def __init__(
@@ -170,6 +171,7 @@ class Airframe:
         turbulence: float,
         random: np.random.Generator,
         dt: float,
+        is_rotational: bool = False,
     ) -> None:
         conditions = plan.conditions
         self._plan = plan
@@ -177,6 +179,7 @@ class Airframe:
         self._dt = dt
         self._gear = LandingGear(aircraft)
         seed = int(random.integers(2**31))
+        span = aircraft.geometry.span if is_rotational else None
         self.simulator = Simulator(
             aircraft,
             model,
@@ -187,7 +190,9 @@ class Airframe:
                 north=-conditions.wind_speed * math.cos(conditions.wind_from),
                 east=-conditions.wind_speed * math.sin(conditions.wind_from),
             ),
-            turbulence=DrydenTurbulence(turbulence, seed=seed) if turbulence > 0.0 else None,
+            turbulence=(
+                DrydenTurbulence(turbulence, seed=seed, span=span) if turbulence > 0.0 else None
+            ),
             ground=self._gear,
             dt=dt,
         )

@@ -1,11 +1,11 @@
 """From what each instrument is exposed to, to volts after the 12 bits of the converter.
 
-In order: the low-pass before the converter (50 Hz on all but the rate gyros, which have none and
-are shaken by the engines instead), lag and delay, bias and noise, the end of the range, and what is
-broken: samples drop out, stick, or are cut off, as with a loose wire or a jammed vane. Such a fault
-stands in the plan of a flight (``[[faults]]``) or is given in one line,
-``CHANNEL:KIND[:PARAM=VALUE,..]``. Works on stretches of any length; cutting a flight into other
-pieces changes nothing.
+In order: the motion of a flexible structure, the low-pass before the converter (50 Hz on all but
+the rate gyros, which have none and are shaken by the engines instead), lag and delay, bias and
+noise, the counts of a coarse converter, the end of the range, and what is broken: samples drop out,
+stick, or are cut off, as with a loose wire or a jammed vane. Such a fault stands in the plan of a
+flight (``[[faults]]``) or is given in one line, ``CHANNEL:KIND[:PARAM=VALUE,..]``. Works on
+stretches of any length; cutting a flight into other pieces changes nothing.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.foundation.toml import validate_content
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray, channel, parse_quantity
 from gsapp.quantities.fields import Time
+from gsapp.virtual.dirt import Dirt, StructuralMode
 from gsapp.virtual.settings import VIRTUAL
 
 DAQ_CHANNELS = (*INSTRUMENTS, "excitation", "battery")
@@ -266,6 +267,35 @@ class _Chain:
         return values
 
 
+class StructuralVibration:
+    """What a bending mode adds to an accelerometer that shakes with it, samples `dt` s apart.
+
+    The mode is excited by the acceleration of the aircraft, and by engines and air at random.
+    """
+
+    def __init__(self, mode: StructuralMode, dt: float, random: np.random.Generator) -> None:
+        omega = 2.0 * math.pi * mode.frequency
+        poles = np.array([1.0, 2.0 * mode.damping * omega, omega * omega])
+        self._excited = _Filter(np.array([mode.participation, 0.0, 0.0]), poles, dt)
+        self._shaken = _Filter(np.array([poles[1], 0.0]), poles, dt)
+        # White samples through a band so narrow keep this share of their variance.
+        self._noise = mode.buffet / math.sqrt(mode.damping * omega * dt)
+        self._random = random
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Return the acceleration with that of the structure, m/s^2, shape (n,)."""
+        noise = self._noise * self._random.standard_normal(values.size)
+        return values + self._excited(values) + self._shaken(noise)
+
+
+_COMBINED: Mapping[str, tuple[str, ...]] = {
+    "de": ("elevator_left", "elevator_right"),
+    "da": ("aileron_left", "aileron_right"),
+    "dr": ("rudder",),
+}
+"""The instruments behind the surfaces."""
+
+
 class Instruments:
     """All instruments on the recorder of one aircraft, on one day.
 
@@ -279,8 +309,19 @@ class Instruments:
         random: np.random.Generator,
         dt: float,
         faults: Sequence[SensorFault] = (),
+        dirt: Dirt | None = None,
     ) -> None:
-        noise, shaking, failing = random.spawn(3)
+        noise, shaking, failing, flexing = random.spawn(4)
+        dirt = dirt or Dirt()
+        self._structure = {
+            mode.channel: StructuralVibration(mode, dt, own)
+            for mode, own in zip(dirt.structure, flexing.spawn(len(dirt.structure)), strict=True)
+        }
+        self._resolutions = {
+            instrument: count
+            for name, count in dirt.resolutions.items()
+            for instrument in _COMBINED.get(name, (name,))
+        }
         self._dt = dt
         self._noise = noise
         self._chains = [_Chain(instrument, dt) for instrument in create_instruments(aircraft)]
@@ -317,7 +358,12 @@ class Instruments:
             values = exposed[instrument.name]
             if instrument.name in shaken:
                 values = values + shaken[instrument.name]
+            if instrument.name in self._structure:
+                values = self._structure[instrument.name](values)
             values = chain(values) + instrument.bias + instrument.noise * noise[:, column]
+            if instrument.name in self._resolutions:
+                step = self._resolutions[instrument.name]
+                values = step * np.round(values / step)
             shown[instrument.name] = np.clip(values, *instrument.range)
         for failing in self._failing:
             name = failing.fault.channel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from gsapp.virtual.airframe import (
     TRUTH_CHANNELS,
     Airframe,
 )
+from gsapp.virtual.dirt import draw_dirt
 from gsapp.virtual.flight_plan import FlightPlan, PlannedManeuver, load_flight_plan
 from gsapp.virtual.human_pilot import AircraftHandling, HumanPilot
 from gsapp.virtual.instruments import (
@@ -34,7 +35,7 @@ from gsapp.virtual.instruments import (
     parse_sensor_fault,
 )
 from gsapp.virtual.settings import VIRTUAL
-from gsapp.virtual.sticks import StickSource
+from gsapp.virtual.sticks import StickPositions, StickSource
 
 
 def add_hidden_effects(aircraft: Aircraft, model: Model, hide: Sequence[str] = ()) -> Model:
@@ -195,6 +196,8 @@ class FlightSimulation:
         Standard deviation of the gusts, m/s; the plan's if left out.
     rate : float
         Samples a second, Hz.
+    dirt : sequence of str
+        Kinds of dirt, `gsapp.virtual.dirt.DIRT_KINDS`, or ``all``.
     certificates : str
         Folder or shipped set that turns values into the converter's volts.
     hands : callable, optional
@@ -214,6 +217,7 @@ class FlightSimulation:
         hide: Sequence[str] = (),
         faults: Sequence[str] = (),
         turbulence: float | None = None,
+        dirt: Sequence[str] = (),
         rate: float = 100.0,
         certificates: str | Path = "b777",
         hands: StickSourceFactory | None = None,
@@ -223,14 +227,18 @@ class FlightSimulation:
         base = load_model(model) if isinstance(model, str) else model
         random = np.random.default_rng(seed)
         pilot_random, air_random, instrument_random = random.spawn(3)
-        flown = add_hidden_effects(aircraft, base, hide)
+        self.dirt = draw_dirt(dirt, seed, aircraft)
+        flown = add_hidden_effects(aircraft, base, (*hide, *self.dirt.effects))
+        actual = self.dirt.apply_to(aircraft)
+        air = plan.conditions.turbulence if turbulence is None else turbulence
         self._airframe = Airframe(
             plan,
-            aircraft,
+            actual,
             flown,
-            turbulence=plan.conditions.turbulence if turbulence is None else turbulence,
+            turbulence=air or self.dirt.turbulence,
             random=air_random,
             dt=self._dt,
+            is_rotational=self.dirt.turbulence > 0.0,
         )
         # The pilot has learned on this very aircraft, with all that it hides.
         density = self._airframe.density(plan.pattern.height)
@@ -240,10 +248,11 @@ class FlightSimulation:
         make = _human_pilot if hands is None else hands
         self._hands = make(plan, feel, pilot_random, self._dt)
         self._instruments = Instruments(
-            aircraft,
+            actual,
             instrument_random,
             self._dt,
             (*plan.faults, *(parse_sensor_fault(text) for text in faults)),
+            self.dirt,
         )
         self._converter = AnalogDigitalConverter(load_certificates(certificates))
         self._count = 0
@@ -280,7 +289,7 @@ class FlightSimulation:
         airframe, hands = self._airframe, self._hands
         while len(phases) < count and not self.finished:
             situation = airframe.aircraft_state()
-            sticks = hands.move(situation)
+            sticks = self._with_throttle_moves(hands.move(situation))
             truth.append(airframe.truth())
             exposed.append(airframe.instrument_inputs())
             board.append(airframe.onboard_values())
@@ -307,6 +316,13 @@ class FlightSimulation:
             onboard=np.array(board, dtype=np.float64).reshape(len(phases), len(ONBOARD_CHANNELS)),
             phases=tuple(phases),
         )
+
+    def _with_throttle_moves(self, sticks: StickPositions) -> StickPositions:
+        """Return the sticks with the dirt's throttle moves, which belong to the pattern."""
+        if not self._hands.phase.startswith(("pattern", "maneuver")):
+            return sticks
+        moved = sticks.throttle + self.dirt.throttle_offset(self._count * self._dt)
+        return replace(sticks, throttle=min(max(moved, 0.0), 1.0))
 
 
 def _human_pilot(

@@ -1,10 +1,11 @@
 """Run the benchmarks: ratios measured side by side on this machine, never pass or fail.
 
-python3 packaging/bootstrap.py bench               all but peers, discrepancy and day
+python3 packaging/bootstrap.py bench               all but those below
 python3 packaging/bootstrap.py bench strips framing
 python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and recorder
 python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb, xdotool, openbox
 python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
+python3 packaging/bootstrap.py bench dirt 40 lags,clock    fewer flights, some kinds of dirt
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 """
 
@@ -28,6 +29,7 @@ BENCHMARKS = {
     "ftr": "Fourier transform regression: samples a second, errors over bounds",
     "likelihood": "maximum likelihood over a campaign, against other programs",
     "truth": "errors over bounds, many seeds, white and colored noise",
+    "dirt": "errors over bounds in 200 dirty flights; COUNT, KINDS, first seed (see its head)",
     "jsbsim_truth": "derivatives known to JSBSim, found by three methods",
     "campaign": "fourteen flights like the source's, estimated untouched by hand",
     "inertial": "gyros, accelerometers, pressures: errors over stated uncertainties, 200 aircraft",
@@ -49,7 +51,7 @@ BENCHMARKS = {
     "real": "ATTAS and HFB-320 by default, beside published derivatives; their data in FOLDER",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
-ONLY_WHEN_NAMED = {"peers", "discrepancy", "day", "real"}
+ONLY_WHEN_NAMED = {"peers", "discrepancy", "day", "real", "dirt"}
 
 
 def load(name: str) -> ModuleType:
@@ -68,8 +70,8 @@ def main(arguments: list[str]) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = [argument for argument in arguments if argument.startswith("-")]
     names = [argument for argument in arguments if not argument.startswith("-")]
-    folder = names[1:] if names[:1] == ["real"] else []
-    names = names[: len(names) - len(folder)]
+    given = names[1:] if names[:1] in (["real"], ["dirt"]) else []
+    names = names[: len(names) - len(given)]
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick"}:
         print(__doc__)
@@ -79,7 +81,7 @@ def main(arguments: list[str]) -> int:
     for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:
         print(f"\n=== {name}: {BENCHMARKS[name]}", flush=True)
         started = time.monotonic()
-        load(name).main(*folder, *(["--quick"] if "--quick" in options else []))
+        load(name).main(*given, *(["--quick"] if "--quick" in options else []))
         print(f"=== {name}: {time.monotonic() - started:.0f} s", flush=True)
     return 0
 

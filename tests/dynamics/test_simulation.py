@@ -220,6 +220,23 @@ def test_gusts_shake_and_repeat(aircraft: Aircraft, model: Model) -> None:
     assert 0.2 < one.std() < 5.0
 
 
+def test_rotational_gusts_roll_the_aircraft(aircraft: Aircraft, model: Model) -> None:
+    """Gusts along the axes alone leave a symmetric aircraft all but level in roll."""
+
+    def rolled(span: float | None) -> dict[str, np.ndarray]:
+        air = DrydenTurbulence((0.0, 0.0, 0.5), span=span, seed=3)
+        simulator = Simulator(aircraft, model, turbulence=air)
+        found = trimmed(simulator, 30.0)
+        begin(simulator, found)
+        return run_simulation(simulator, lambda _: commands_of(found), 2.0)
+
+    plain, turning = rolled(None), rolled(aircraft.geometry.span)
+    assert plain["p"].std() < 1e-6
+    assert turning["p"].std() > 0.02
+    assert np.allclose(plain["gust_w"], turning["gust_w"], atol=0.01)
+    assert turning["gust_q"].std() > 0.01
+
+
 def test_stall_near_61_feet_per_second(aircraft: Aircraft, model: Model) -> None:
     """Power off, nose held up slowly: the slowest level flight is near the published 61 ft/s."""
     simulator = Simulator(aircraft, model, stall=True)

@@ -45,6 +45,8 @@ SUBSTEPS = 10
 RATE = 100.0
 SETTLING = 0.2
 """Seconds that JSBSim flies before the record begins: its integrators need a past."""
+MILSPEC_TURBULENCE = 3
+"""JSBSim's number for it."""
 ADAMS_BASHFORTH_2 = 3
 """JSBSim's number for it; by default it integrates rates of rotation by Euler."""
 
@@ -244,10 +246,25 @@ class Engine:
         assert fdm.run_ic()
         return found
 
-    def fly(self, found: Trim, commands: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    def start_turbulence(self, sigma: float, seed: int) -> None:
+        """Begin JSBSim's turbulence of MIL-F-8785C, rotational gusts included; sigma_w in m/s.
+
+        The same seed gives the same gusts in an engine that has not flown yet.
+        """
+        self.fdm["simulation/randomseed"] = seed
+        self.fdm["atmosphere/turb-type"] = MILSPEC_TURBULENCE
+        self.fdm["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = sigma / 0.1 / FOOT
+
+    def fly(
+        self,
+        found: Trim,
+        commands: Mapping[str, FloatArray],
+        throttle_moves: FloatArray | None = None,
+    ) -> dict[str, FloatArray]:
         """Fly commanded deflections (rad, about trim, 100 Hz); return the truth, SI.
 
-        Velocities u, v, w through the air, p, q, r and their rates, specific force at the CG and,
+        Throttle moves, about trim, likewise, share of full. Velocities u, v, w through the air, p,
+        q, r, the same against the air (``p_air`` ...), their rates, specific force at the CG and,
         as JSBSim's pilot feels it at the accelerometers, ``felt_x`` ...; attitude, air, surfaces.
         """
         fdm, controls = self.fdm, found.controls
@@ -261,12 +278,16 @@ class Engine:
                 command = lfilter([1.0 - decay], [1.0, -decay], command)
             moved.append(controls[name] + np.concatenate((np.zeros(ahead), command)))
         surfaces = np.column_stack(moved).tolist()
-        fdm["engines/throttle"] = controls["throttle"]
+        throttle = np.full(count, controls["throttle"])
+        if throttle_moves is not None:
+            throttle = np.clip(throttle + throttle_moves, 0.0, 1.0)
+        levers = np.concatenate((np.full(ahead, throttle[0]), np.repeat(throttle, SUBSTEPS)))
         places = tuple(SURFACES.values())
         rows = []
         for step, deflections in enumerate(surfaces):
             for place, deflection in zip(places, deflections, strict=True):
                 fdm[place] = deflection
+            fdm["engines/throttle"] = levers[step]
             fdm.run()
             if step >= ahead and (step - ahead) % SUBSTEPS == 0:
                 rows.append([fdm[place] for place in _RECORDED])
@@ -278,13 +299,14 @@ class Engine:
         for axis in "xyz":
             table[f"f{axis}"] /= self.mass
         table["time"] = np.arange(count) / RATE
-        table["throttle"] = np.full(count, controls["throttle"])
+        table["throttle"] = throttle
         return table
 
 
 _RECORDED: Mapping[str, tuple[str, float]] = {
     **{f"velocities/{one}-aero-fps": (one, FOOT) for one in "uvw"},
     **{f"velocities/{one}-rad_sec": (one, 1.0) for one in "pqr"},
+    **{f"velocities/{one}-aero-rad_sec": (f"{one}_air", 1.0) for one in "pqr"},
     **{f"accelerations/{one}dot-rad_sec2": (f"{one}_dot", 1.0) for one in "pqr"},
     **{f"forces/fb{one}-total-lbs": (f"f{one}", POUND) for one in "xyz"},
     **{f"accelerations/a-pilot-{one}-ft_sec2": (f"felt_{one}", FOOT) for one in "xyz"},
@@ -398,6 +420,35 @@ def errors_of(estimates: Sequence[Estimate], flown: Sequence[Virtual]) -> Errors
     )
 
 
+def exposures(aircraft: Aircraft, motion: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return what the instruments are exposed to where they sit, SI."""
+    sensors = aircraft.sensors
+    flow = np.column_stack([motion[one] for one in "uvw"])
+    rates = np.column_stack([motion[one] for one in "pqr"])
+    through_air = np.column_stack([motion[f"{one}_air"] for one in "pqr"])
+    spin = np.column_stack([motion[f"{one}_dot"] for one in "pqr"])
+    force = np.column_stack([motion[f"f{one}"] for one in "xyz"])
+
+    def local(position: tuple[float, float, float]) -> FloatArray:
+        return flow + np.cross(through_air, np.array(position))
+
+    arm = np.array(sensors.accelerometer.position)
+    felt = force + np.cross(spin, arm) + np.cross(rates, np.cross(rates, arm))
+    vane, fin = local(sensors.alpha_vane.position), local(sensors.beta_vane.position)
+    pitot = np.linalg.norm(local(sensors.air_data.position), axis=1)
+    return {
+        "alpha": sensors.alpha_vane.upwash * np.arctan2(vane[:, 2], vane[:, 0]),
+        "beta": sensors.beta_vane.upwash * np.arctan2(fin[:, 1], fin[:, 0]),
+        **{name: motion[name] for name in ("p", "q", "r")},
+        "ax": felt[:, 0],
+        "ay": felt[:, 1],
+        "an": -felt[:, 2],
+        **{name: motion[name] for name in ("phi", "theta", *SURFACES)},
+        "dynamic_pressure": dynamic_pressure(pitot, motion["density"]),
+        "static_pressure": motion["static_pressure"],
+    }
+
+
 def instruments(
     aircraft: Aircraft,
     motion: Mapping[str, FloatArray],
@@ -407,30 +458,7 @@ def instruments(
     offset: float = 0.0,
 ) -> dict[str, FloatArray]:
     """Return what the instruments show of a motion, and the air data that follow, SI."""
-    sensors = aircraft.sensors
-    flow = np.column_stack([motion[one] for one in "uvw"])
-    rates = np.column_stack([motion[one] for one in "pqr"])
-    spin = np.column_stack([motion[f"{one}_dot"] for one in "pqr"])
-    force = np.column_stack([motion[f"f{one}"] for one in "xyz"])
-
-    def local(position: tuple[float, float, float]) -> FloatArray:
-        return flow + np.cross(rates, np.array(position))
-
-    arm = np.array(sensors.accelerometer.position)
-    felt = force + np.cross(spin, arm) + np.cross(rates, np.cross(rates, arm))
-    vane, fin = local(sensors.alpha_vane.position), local(sensors.beta_vane.position)
-    pitot = np.linalg.norm(local(sensors.air_data.position), axis=1)
-    exposed = {
-        "alpha": np.arctan2(vane[:, 2], vane[:, 0]),
-        "beta": np.arctan2(fin[:, 1], fin[:, 0]),
-        **{name: motion[name] for name in ("p", "q", "r")},
-        "ax": felt[:, 0],
-        "ay": felt[:, 1],
-        "an": -felt[:, 2],
-        **{name: motion[name] for name in ("phi", "theta", *SURFACES)},
-        "dynamic_pressure": dynamic_pressure(pitot, motion["density"]),
-        "static_pressure": motion["static_pressure"],
-    }
+    sensors, exposed = aircraft.sensors, exposures(aircraft, motion)
     sizes = {
         **NOISE,
         "dynamic_pressure": sensors.air_data.noise,

@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pydantic import field_validator
+
 from gsapp.foundation.settings import Names, SettingsModel, setting
 from gsapp.foundation.translation import QT_TR_NOOP
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind a flight.
+    from gsapp.virtual.dirt import Dirt
     from gsapp.virtual.downlink.flight_downlink import FlightDownlink
     from gsapp.virtual.downlink.onboard_log import LogServer, OnboardLog
     from gsapp.virtual.virtual_flight import FlightSimulation, StickSourceFactory
@@ -43,6 +46,12 @@ class FlightSettings(SettingsModel):
         QT_TR_NOOP("Instrument fault: dropout, stuck or clip; on the bench dead, reversed, "
                    "swapped:with=CHANNEL, noisy or clipped."),
         option="--fault", metavar="CHANNEL:KIND[:PARAM=VALUE,..]", is_repeatable=True)
+    dirt: Names = setting(
+        (), "Dirt",
+        "What real records suffer from, drawn by the seed: all, or some of the kinds. Instruments "
+        "elsewhere than the aircraft file says, lags, a flexible structure, coarse converters, "
+        "bursts, missing stamps, gusts and more.",
+        option="--dirt", metavar="all|KIND,..")
     seed: int = setting(
         0, QT_TR_NOOP("Seed"),
         QT_TR_NOOP("The same seed gives the same gusts, noise and pilot."),
@@ -69,12 +78,28 @@ class FlightSettings(SettingsModel):
         option="--airborne")
     # fmt: on
 
+    @field_validator("dirt")
+    @classmethod
+    def _check_dirt(cls, kinds: tuple[str, ...]) -> tuple[str, ...]:
+        if kinds:
+            from gsapp.virtual.dirt import parse_dirt_kinds
+
+            parse_dirt_kinds(kinds)
+        return kinds
+
     def check(self) -> None:
         """Raise the error that `create_flight` would, quickly.
 
         Raise GroundStationError if a file is missing or holds mistakes, or an effect is unknown.
         """
         self.create_flight()
+
+    def draw_dirt(self) -> Dirt:
+        """Return the dirt of this flight, as `create_flight` draws it."""
+        from gsapp.aircraft import load_aircraft
+        from gsapp.virtual.dirt import draw_dirt
+
+        return draw_dirt(self.dirt, self.seed, load_aircraft(self.aircraft))
 
     def create_flight(self, hands: StickSourceFactory | None = None) -> FlightSimulation:
         """Return the flight, about to begin, flown by the human pilot or by other hands."""
@@ -90,6 +115,7 @@ class FlightSettings(SettingsModel):
             hide=self.hide,
             faults=self.faults,
             turbulence=self.turbulence,
+            dirt=self.dirt,
             certificates=self.certificates,
             hands=hands,
             airborne=self.airborne,

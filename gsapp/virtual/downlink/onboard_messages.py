@@ -32,14 +32,15 @@ class OnboardSample:
     volts: Sequence[float]  # The converter's readings, in the order of the layout.
     values: Values  # Everything else by channel id, SI units.
     unix_us: int  # Time of day, microseconds since 1970.
+    stamp_us: int | None = None  # What the box writes as its time; None where it is right.
 
     @property
     def micros(self) -> int:
-        return self.number * (1_000_000 // TICK_RATE)
+        return self.number * (1_000_000 // TICK_RATE) if self.stamp_us is None else self.stamp_us
 
     @property
     def millis(self) -> int:
-        return self.number * (1000 // TICK_RATE)
+        return self.micros // 1000
 
 
 def _pwm(share: float) -> int:
