@@ -18,8 +18,8 @@ from ui.translation import QT_TR_NOOP, tr
 CommandRequirement = Literal[
     "nothing", "flight", "replay", "recorder", "change", "undone_change", "search", "gap",
     "gap_idle", "gap_next", "gap_effect", "charts", "marks", "alarms", "preflight", "checklist",
-    "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict",
-    "pilot_training", "pilot_flown", "review", "review_busy", "review_results", "review_written",
+    "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict", "pilot_training",
+    "pilot_flown", "review", "review_busy", "review_results", "review_written", "review_vanes",
     "review_flights", "review_flight", "review_maneuver", "review_open", "review_folder",
     "review_log", "review_panel", "review_ready", "review_run", "review_figure", "review_picture",
     "review_point",
@@ -336,6 +336,8 @@ COMMANDS: tuple[Command, ...] = (
         _command("review_open_written", QT_TR_NOOP("Open what was written"), "Ctrl+Alt+P",
                  needs="review_written"),
         _command("review_copy", QT_TR_NOOP("Copy the table"), "Ctrl+C"),
+        _command("review_update_aircraft", QT_TR_NOOP("Write vane positions to the aircraft file"),
+                 "Ctrl+Alt+U", needs="review_vanes"),
         _command("review_compare", QT_TR_NOOP("Compare linear models with flight"), "Ctrl+Alt+L"),
     ),
     *_menu(

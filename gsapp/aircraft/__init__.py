@@ -1,6 +1,12 @@
 """The aircraft as a file: geometry, mass, propulsion, instruments, controls, limits."""
 
-from gsapp.aircraft.aircraft_loader import file_warnings, load_aircraft, shipped_aircraft
+from gsapp.aircraft.aircraft_loader import (
+    SHIPPED_AIRCRAFT,
+    file_warnings,
+    load_aircraft,
+    shipped_aircraft,
+    write_sensor_positions,
+)
 from gsapp.aircraft.config import (
     Accelerometer,
     Aircraft,
@@ -17,6 +23,7 @@ from gsapp.aircraft.config import (
 )
 
 __all__ = [
+    "SHIPPED_AIRCRAFT",
     "Accelerometer",
     "AirData",
     "Aircraft",
@@ -32,4 +39,5 @@ __all__ = [
     "file_warnings",
     "load_aircraft",
     "shipped_aircraft",
+    "write_sensor_positions",
 ]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+import tomlkit
+
 from gsapp.aircraft.config import Aircraft
-from gsapp.foundation import read_toml
-from gsapp.foundation.files import ShippedFiles
+from gsapp.foundation import FlightError, read_toml
+from gsapp.foundation.files import ShippedFiles, write_atomically
 
 SHIPPED_AIRCRAFT = ShippedFiles(folder=Path(__file__).parent / "files", kind="aircraft")
 
@@ -32,3 +35,36 @@ def file_warnings(aircraft: Aircraft) -> tuple[str, ...]:
     """
     shipped = any(aircraft == load_aircraft(name) for name in shipped_aircraft())
     return () if shipped else aircraft.warnings()
+
+
+def write_sensor_positions(path: Path, distances: Mapping[str, float]) -> None:
+    """Write how far ahead of the CG instruments sit into an aircraft file; all else is kept.
+
+    Parameters
+    ----------
+    path : Path
+        Of the user's own aircraft.
+    distances : mapping of str to float
+        x of the position (m, body axes) by the name of the instrument, such as ``alpha_vane``.
+
+    Raises
+    ------
+    FlightError
+        If the file came with the program.
+    FileProblemsError
+        If the file holds mistakes.
+    """
+    if path.resolve().is_relative_to(SHIPPED_AIRCRAFT.folder.resolve()):
+        raise FlightError(
+            f"the aircraft file {path.name} came with the program and stays as it is: copy it to "
+            "a folder of your own, and name the copy with --aircraft FILE"
+        )
+    aircraft = read_toml(path, Aircraft)
+    document = tomlkit.parse(path.read_text(encoding="utf-8"))
+    sensors = document.setdefault("sensors", tomlkit.table(is_super_table=True))
+    for name, ahead in distances.items():
+        _, y, z = getattr(aircraft.sensors, name).position
+        sensor = sensors.setdefault(name, tomlkit.table())
+        across = sensor["position"][1:] if "position" in sensor else (f"{y:g} m", f"{z:g} m")
+        sensor["position"] = [f"{ahead:.4g} m", *(str(one) for one in across)]
+    write_atomically(path, tomlkit.dumps(document))

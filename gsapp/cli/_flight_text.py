@@ -151,6 +151,9 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
 
     opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
     content: dict[str, Any] = campaign_json(outcome.result)
+    for name, one in outcome.summary.derivatives.items():
+        if name in content["campaign"]:
+            content["campaign"][name]["disagreement"] = one.value.disagreement
     vanes = {
         one.channel: {"ahead": one.ahead, "std": one.std, "position": list(one.position)}
         for one in outcome.vanes

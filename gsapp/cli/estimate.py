@@ -15,20 +15,25 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from gsapp.cli._console import PlainConsole
-    from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
+    from gsapp.identification.campaign import CampaignResult, ManeuverResult
     from gsapp.identification.results import Estimate
     from gsapp.identification.runs.run_execution import RunOutcome
+    from gsapp.identification.summary import DerivativeSummary
 
-_FIXED, _EACH = 52, 22
-"""Characters that the means take, and each column of a maneuver's own."""
-_BY_EQUATIONS = "equation error"
-"""Heads what stands beside maximum likelihood in gusts."""
+_FIXED, _EACH, _METHOD = 60, 22, 15
+"""Characters that the means take, each column of a maneuver's own, and each other method."""
 
 
 @takes_settings(ESTIMATE_SETTINGS)
 def estimate(
     flights: FlightPaths,
     euler: Annotated[bool, typer.Option("--euler", hidden=True)] = False,
+    update_aircraft: Annotated[
+        bool,
+        typer.Option(
+            "--update-aircraft", help="Write the vane positions found into the aircraft file"
+        ),
+    ] = False,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -85,10 +90,22 @@ def estimate(
         write_json(json, outcome_json(outcome, shelf))
     print_outcome(console, outcome)
     check_fitted(outcome)
+    if update_aircraft:
+        _update_aircraft(console, outcome)
     if json is not None and not is_stdout(json):
         console.print(f"written to {json}", soft_wrap=True)
     if kept:
         console.print(kept, soft_wrap=True)
+
+
+def _update_aircraft(console: PlainConsole, outcome: RunOutcome) -> None:
+    from gsapp.identification.runs.run_execution import accept_vane_positions
+
+    if not outcome.vanes:
+        console.print("the vanes are where the aircraft file says; it stays as it is")
+        return
+    for path in accept_vane_positions(outcome):
+        console.print(f"vane positions written to {path}", soft_wrap=True)
 
 
 def _check_derivatives(names: Sequence[str], model: object) -> None:
@@ -107,50 +124,73 @@ def _check_derivatives(names: Sequence[str], model: object) -> None:
 
 def print_outcome(console: PlainConsole, outcome: RunOutcome) -> None:
     """Print the derivatives, how well each maneuver was fitted, and what is to be said."""
-    from gsapp.cli._console import MEAN_LEGEND
-
     results = outcome.result.results
-    console.print_unwrapped(_values(console, outcome.result))
-    console.print_sentence(MEAN_LEGEND, "dim")
+    console.print_unwrapped(_values(console, outcome))
+    console.print_sentence(_LEGEND, "dim")
     console.print_unwrapped(_fits(console, results))
     for sentence in _sentences(outcome):
         console.print_sentence(sentence, "yellow")
 
 
-def _values(console: PlainConsole, result: CampaignResult) -> Table:
-    """Return means, and what each maneuver gave where a line has room for it."""
-    from gsapp.cli._console import MEAN_HEADINGS, mean_cells
-    from gsapp.identification.campaign import campaign_values
+_HEADINGS = ("mean", "bound", "noise", "disagreement", "n")
+_LEGEND = (
+    "bound: standard error of the mean. Its parts: noise, and disagreement of maneuvers or methods "
+    "beyond their own bounds"
+)
 
+
+def _values(console: PlainConsole, outcome: RunOutcome) -> Table:
+    """Return means by each method, and what each maneuver gave where a line has room for it."""
+    from gsapp.identification.methods import short_method_title
+
+    result = outcome.result
     results = result.results
-    gusty = [one for one in results if one.equation_error_estimate is not None]
-    columns = len(results) + len(gusty) + bool(gusty)
-    wide = _FIXED + _EACH * columns <= console.width
+    others = dict.fromkeys(method for one in results for method in one.comparisons)
+    taken = _FIXED + _METHOD * len(others)
+    wide = taken + _EACH * len(results) <= console.width
     table = console.create_table(
-        title=f"{result.settings.method.upper()}: {len(results)} "
+        title=f"{short_method_title(result.settings.method)}: {len(results)} "
         f"maneuver{'' if len(results) == 1 else 's'}, per radian"
     )
     table.add_column("", no_wrap=True)
-    headings = [*MEAN_HEADINGS]
-    if gusty:
-        headings.append(f"{_BY_EQUATIONS}, n")
-    for one in results if wide else ():
-        headings.append(f"{one.maneuver.id} {'+'.join(one.maneuver.inputs) or 'none'}")
-        if one in gusty:
-            headings.append(_BY_EQUATIONS)
+    headings = [*_HEADINGS, *(short_method_title(method) for method in others)]
+    headings += [
+        f"{one.maneuver.id} {'+'.join(one.maneuver.inputs) or 'none'}" for one in results if wide
+    ]
     for heading in headings:
         table.add_column(heading, justify="right", no_wrap=True)
-    by_equations = campaign_values([one.equation_error_estimate for one in gusty])
     for name in _rows(result):
-        cells: list[str | Text] = [*mean_cells(result.values.get(name))]
-        if gusty:
-            cells.append(_mean(by_equations.get(name)))
-        for one in results if wide else ():
-            cells.append(_cell(one.estimate, name))
-            if one in gusty:
-                cells.append(_cell(one.equation_error_estimate, name))
+        summary = outcome.summary.derivatives.get(name)
+        cells: list[str | Text] = [*_mean_cells(summary)]
+        cells += [_method_cell(summary, method) for method in others]
+        cells += [_cell(one.estimate, name) for one in results if wide]
         table.add_row(name, *cells)
     return table
+
+
+def _mean_cells(summary: DerivativeSummary | None) -> tuple[str, ...]:
+    from gsapp.cli._console import format_value_and_bound
+
+    if summary is None:
+        return ("unknown", "", "", "", "")
+    value = summary.value
+    mean, std = format_value_and_bound(value.mean, value.std)
+    noise, disagreement = (
+        format_value_and_bound(part, value.std)[0] for part in (value.noise, value.disagreement)
+    )
+    return mean, std, noise, disagreement if value.disagreement else "", str(value.n)
+
+
+def _method_cell(summary: DerivativeSummary | None, method: str) -> str | Text:
+    from rich.text import Text
+
+    from gsapp.cli._console import format_value_and_bound
+
+    comparison = None if summary is None else summary.comparison
+    if comparison is None or method not in comparison.values:
+        return ""
+    text = format_value_and_bound(*comparison.values[method])[0]
+    return Text(text, "yellow") if method in comparison.contradictions else text
 
 
 def _fits(console: PlainConsole, results: Sequence[ManeuverResult]) -> Table:
@@ -191,16 +231,6 @@ def _rows(result: CampaignResult) -> list[str]:
     return sorted(names, key=lambda name: order.get(name, len(order)))
 
 
-def _mean(value: CampaignValue | None) -> str:
-    from gsapp.cli._console import format_value_and_bound
-
-    return (
-        ""
-        if value is None
-        else f"{' ±'.join(format_value_and_bound(value.mean, value.std))} {value.n:3d}"
-    )
-
-
 def _cell(estimate: Estimate | None, name: str) -> str | Text:
     from rich.text import Text
 
@@ -218,21 +248,30 @@ def _cell(estimate: Estimate | None, name: str) -> str | Text:
 
 def _sentences(outcome: RunOutcome) -> list[str]:
     """Return what is to be said, each sentence once, with the maneuvers it is about."""
+    from gsapp.identification.statistics.influence import influence_warnings
+    from gsapp.identification.summary.method_comparison import contradiction_warnings
+
     said: dict[str, list[str]] = {}
     for one in outcome.result.results:
         told = (one.failure,) if one.estimate is None else one.estimate.warnings
-        if one.equation_error_estimate is not None:
-            told = (
-                *told,
-                *_method_difference_text(one),
-                *(f"{_BY_EQUATIONS}: {text}" for text in one.equation_error_estimate.warnings),
-            )
+        told = (*told, *_comparison_warnings(one))
         why = () if one.estimate is None else _unknown_reasons(one.estimate)
         # The maneuvers are named once, in front.
         own = f"maneuver {one.maneuver.id}: "
         for sentence in (*told, *why):
             said.setdefault(sentence.removeprefix(own), []).append(one.maneuver.id)
-    remarks = dict.fromkeys((*outcome.remarks, *outcome.result.remarks))
+    remarks = dict.fromkeys(
+        (
+            *outcome.remarks,
+            *outcome.result.remarks,
+            *contradiction_warnings(outcome.result),
+            *(
+                f"joint fit, axis {fit.axis}: {text}"
+                for fit in outcome.result.joint
+                for text in influence_warnings(fit.influences)
+            ),
+        )
+    )
     return [
         *remarks,
         *(
@@ -258,18 +297,14 @@ def _unknown_reasons(estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def _method_difference_text(one: ManeuverResult) -> tuple[str, ...]:
-    """Return in a sentence where equation error lies apart from maximum likelihood."""
-    from gsapp.identification.summary.method_comparison import compare_methods
-    from gsapp.identification.summary.settings import SUMMARY
+def _comparison_warnings(one: ManeuverResult) -> tuple[str, ...]:
+    """Return what other methods warn of and the own does not."""
+    from gsapp.identification.methods import short_method_title
 
-    names = [value.name for value in compare_methods(one) if value.differs]
-    if not names:
-        return (
-            f"{_BY_EQUATIONS} agrees within {SUMMARY.significant_sigmas:z.0f} joint bounds in "
-            "every derivative",
-        )
-    return (
-        f"{_BY_EQUATIONS} lies more than {SUMMARY.significant_sigmas:z.0f} joint bounds off in "
-        f"{', '.join(names)}; use the smaller bound",
+    own = () if one.estimate is None else one.estimate.warnings
+    return tuple(
+        f"{short_method_title(method)}: {text}"
+        for method, estimate in one.comparisons.items()
+        for text in estimate.warnings
+        if text not in own
     )

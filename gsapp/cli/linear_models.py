@@ -96,7 +96,7 @@ def linear_models(
     if not fitted:
         raise FlightError(f"no maneuver to fit models to: {no_maneuvers_text(every[:-1])}")
     with console.status("maximum likelihood"):
-        campaign = run_campaign(fitted, CampaignSettings(known_model=known))
+        campaign = run_campaign(fitted, CampaignSettings(known_model=known, single_method=True))
     # The models are those of the aircraft as it flew where they are judged.
     derivatives = derivatives_about_flown_cg(
         {name: one.mean for name, one in campaign.values.items()},

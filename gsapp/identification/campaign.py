@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat
@@ -39,7 +39,11 @@ from gsapp.identification.estimate_corrections import (
 )
 from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.methods import estimation_method
+from gsapp.identification.methods import (
+    estimation_method,
+    estimation_methods,
+    short_method_title,
+)
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.identification.statistics.correlation import STATISTICS
@@ -69,6 +73,13 @@ class CampaignValue:
     the number of maneuvers."""
     scatter: float | None  # Sample deviation; None for one value.
     n: int
+    disagreement: float = 0.0
+    """The part of `std` by which maneuvers, or methods, differ beyond their own bounds."""
+
+    @property
+    def noise(self) -> float:
+        """Return the part of `std` that comes from noise."""
+        return math.sqrt(max(self.std**2 - self.disagreement**2, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,9 +89,8 @@ class ManeuverResult:
     maneuver: Maneuver
     estimate: Estimate | None  # None where it failed.
     failure: str = ""  # Why, in words.
-    equation_error_estimate: Estimate | None = None
-    """By equation error, of the same derivatives: where maximum likelihood found gusts in the
-    residuals. It takes the air as the vanes felt it, and gusts do it little harm."""
+    comparisons: Mapping[str, Estimate] = field(default_factory=dict)
+    """The same derivatives by other methods, by the id of the method."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,6 +101,8 @@ class CampaignResult:
     results: tuple[ManeuverResult, ...]
     values: Mapping[str, CampaignValue]  # Of the derivatives that at least one maneuver earned.
     joint: tuple[Estimate, ...] = ()  # One for each axis, if asked for.
+    joint_comparisons: tuple[Mapping[str, Estimate], ...] = ()
+    """For each of `joint` the same derivatives by other methods, by the id of the method."""
     remarks: tuple[str, ...] = ()
     """Maneuvers left out, aircraft that flew with another mass or CG than their file's, failures of
     joint fits."""
@@ -248,7 +260,7 @@ def fit_maneuver(
     means: Mapping[str, CampaignValue],
     known: Mapping[str, AssumedConstant],
 ) -> ManeuverResult:
-    """Fit one maneuver; in gusts by equation error, too.
+    """Fit one maneuver, by the other quick methods, too.
 
     Parameters as of `fit_maneuvers_jointly`.
     """
@@ -258,16 +270,41 @@ def fit_maneuver(
         return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
     if not maneuver.inputs:
         estimate = replace(estimate, warnings=(_NO_EXCITATION_TEXT, *estimate.warnings))
-    if not estimate.gusty_maneuvers:
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
-    by_equations = settings.with_changes(method="ee")
-    try:
-        beside = fit_maneuvers_jointly((maneuver,), axis, by_equations, means, known)
-    except FlightError as error:
-        told = f"no equation-error comparison: {error}"
-        estimate = replace(estimate, warnings=(*estimate.warnings, told))
-        return ManeuverResult(maneuver=maneuver, estimate=estimate)
-    return ManeuverResult(maneuver=maneuver, estimate=estimate, equation_error_estimate=beside)
+    comparisons, failures = _fit_by_other_methods((maneuver,), axis, settings, means, known)
+    estimate = replace(estimate, warnings=(*estimate.warnings, *failures))
+    return ManeuverResult(maneuver=maneuver, estimate=estimate, comparisons=comparisons)
+
+
+def _fit_by_other_methods(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> tuple[dict[str, Estimate], tuple[str, ...]]:
+    """Return estimates by method, and why a method gave none; parameters as of the joint fit."""
+    found: dict[str, Estimate] = {}
+    failures = []
+    for method in comparison_methods(settings):
+        chosen = settings.with_changes(method=method)
+        try:
+            found[method] = fit_maneuvers_jointly(maneuvers, axis, chosen, means, known)
+        except FlightError as error:
+            failures.append(f"no comparison with {short_method_title(method)}: {error}")
+    return found, tuple(failures)
+
+
+def comparison_methods(settings: CampaignSettings) -> tuple[str, ...]:
+    """Return the methods whose values belong beside those of the method of the settings."""
+    if settings.single_method:
+        return ()
+    given = {name for name in ("free", "held") if getattr(settings, name)}
+    return tuple(
+        one.id
+        for one in estimation_methods().values()
+        if one.is_quick and one.id != settings.method and given <= one.settings
+    )
 
 
 def fit_maneuvers_jointly(
@@ -398,10 +435,14 @@ def run_campaign(
             done += 1
         means = campaign_values([result.estimate for result in found.values()])
     joint: list[Estimate] = []
+    comparisons: list[Mapping[str, Estimate]] = []
     for axis, together in groups:
         _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
         try:
             joint.append(fit_maneuvers_jointly(together, axis, settings, means, known))
+            others, failures = _fit_by_other_methods(together, axis, settings, means, known)
+            comparisons.append(others)
+            remarks += failures
         except FlightError as error:
             remarks.append(f"the joint fit failed: {error}")
         done += 1
@@ -411,6 +452,7 @@ def run_campaign(
         results=tuple(found[place] for place in range(len(chosen))),
         values=means,
         joint=tuple(joint),
+        joint_comparisons=tuple(comparisons),
         remarks=tuple(remarks),
     )
 

@@ -46,14 +46,24 @@ def _maneuver(result: ManeuverResult) -> dict[str, Any]:
             "iterations": 0,
             "converged": False,
             "why": result.failure,
-            "equation_error": None,
+            "comparisons": {},
         }
-    beside = (
-        None
-        if result.equation_error_estimate is None
-        else _estimate(result.equation_error_estimate)
-    )
-    return {**content, **_estimate(estimate), "equation_error": beside}
+    return {**content, **_estimate(estimate), "comparisons": _comparisons(result.comparisons)}
+
+
+def _comparisons(others: Mapping[str, Estimate]) -> dict[str, Any]:
+    """Return the derivatives and warnings of other methods, by the id of the method."""
+    return {
+        method: {
+            "derivatives": {
+                name: _derivative(one)
+                for name, one in estimate.derivatives.items()
+                if one.status != "held"
+            },
+            "warnings": list(estimate.warnings),
+        }
+        for method, estimate in others.items()
+    }
 
 
 def _estimate(estimate: Estimate) -> dict[str, Any]:
@@ -90,6 +100,15 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
             "names": list(estimate.free),
             "matrix": [[_number(one) for one in row] for row in estimate.correlation.tolist()],
         },
+        "influences": [
+            {
+                "without": one.response,
+                "derivative": one.name,
+                "change": one.change,
+                "sigmas": one.sigmas,
+            }
+            for one in estimate.influences
+        ],
         "iterations": estimate.iterations,
         "converged": estimate.converged,
         "message": estimate.message,
@@ -110,8 +129,14 @@ def _derivative(one: DerivativeEstimate) -> dict[str, Any]:
 
 
 def value_json(one: CampaignValue) -> dict[str, Any]:
-    """Return a mean with its standard error, scatter and count."""
-    return {"mean": one.mean, "std": one.std, "scatter": _number(one.scatter), "n": one.n}
+    """Return a mean with its bound, the part of it that is disagreement, scatter and count."""
+    return {
+        "mean": one.mean,
+        "std": one.std,
+        "disagreement": one.disagreement,
+        "scatter": _number(one.scatter),
+        "n": one.n,
+    }
 
 
 def _joint(result: CampaignResult) -> dict[str, Any] | None:
@@ -126,8 +151,13 @@ def _joint(result: CampaignResult) -> dict[str, Any] | None:
     return {
         "derivatives": derivatives,
         "fits": [
-            {"axis": one.axis, "maneuvers": list(one.maneuvers), **_estimate(one)}
-            for one in result.joint
+            {
+                "axis": one.axis,
+                "maneuvers": list(one.maneuvers),
+                **_estimate(one),
+                "comparisons": _comparisons(others),
+            }
+            for one, others in zip(result.joint, result.joint_comparisons, strict=True)
         ],
     }
 

@@ -182,6 +182,11 @@ class EstimateSettings(ManeuverSettings, FitSettings):
         QT_TR_NOOP("Also fit all maneuvers of an axis jointly. Takes longer; helps where single "
                    "maneuvers are weak."),
         option="--joint")
+    single_method: bool = setting(
+        False, "Single method",
+        "Do not compute the other methods beside the one chosen. Saves time; contradictions "
+        "between methods then stay unseen.",
+        option="--single-method")
     vane_positions: Literal["find", "file"] = setting(
         "find", QT_TR_NOOP("Vane positions"),
         QT_TR_NOOP("find: where the flow vanes contradict the other instruments, use the position "

@@ -44,6 +44,7 @@ class EstimationMethod:
     settings: frozenset[str] = frozenset()
     """Fields of `gsapp.identification.estimate_settings.EstimateSettings` that it uses, beside
     those of every method (axis, maneuvers, aircraft ...); the form disables the others."""
+    is_quick: bool = False  # Quick enough to be computed beside every other method.
     compares: Literal["responses", "coefficients"] = "coefficients"
     """What `Estimate.fit` and `Estimate.histories` are of: channels that are integrated and
     compared with measurement, or force and moment coefficients."""
@@ -76,6 +77,7 @@ _OWN_METHODS: Final = (
             "start", "priors", "free_effects", "weights", "noise", "integration", "bound_factor",
             "responses", "states", "biases", "scale_factors", "time_shifts",
         },
+        is_quick=True,
         compares="responses",
         comparison_text="measured (solid) against computed (dashed) responses.",
         documentation="docs/identification.md",
@@ -87,6 +89,7 @@ _OWN_METHODS: Final = (
         help_text=QT_TR_NOOP("Regresses forces and moments; steadier in gusts."),
         function="gsapp.identification.campaign:estimate_by_equation_error",
         settings=_DERIVATIVE_SETTINGS,
+        is_quick=True,
         documentation="docs/identification.md",
     ),
     EstimationMethod(
@@ -95,6 +98,7 @@ _OWN_METHODS: Final = (
         short_title=QT_TR_NOOP("FTR"),
         help_text=QT_TR_NOOP("Equation error in the frequency domain, as in flight."),
         function="gsapp.identification.campaign:estimate_by_ftr",
+        is_quick=True,
         comparison_text="force and moment coefficients, as measured motion gives them (solid) and "
         "as the derivatives compute their changes (dashed), both smoothed alike.",
         documentation="docs/identification.md",

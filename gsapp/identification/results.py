@@ -31,6 +31,17 @@ class DerivativeEstimate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ResponseInfluence:
+    """What a derivative would change by, were a response left out of the fit."""
+
+    response: str
+    name: str  # Of the derivative.
+    change: float  # Per radian.
+    sigmas: float
+    """The change in standard deviations of what the noise of the responses explains."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseFit:
     """How well one computed response follows the measured one."""
 
@@ -77,6 +88,8 @@ class Estimate:
     message: str = ""  # Why it stopped.
     gusty_maneuvers: tuple[str, ...] = ()
     """Ids of the maneuvers in whose residuals gusts were found; the warnings say more."""
+    influences: tuple[ResponseInfluence, ...] = ()
+    """Where a response contradicts the others (ML)."""
 
     def value(self, name: str) -> float | None:
         """Return the value of a derivative; None where it was not earned."""

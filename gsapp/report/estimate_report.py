@@ -23,6 +23,7 @@ from gsapp.identification.summary.campaign_linear_models import (
     ModeUncertainty,
     propagate_mode_uncertainty,
 )
+from gsapp.identification.summary.method_comparison import contradiction_warnings
 from gsapp.report.document import (
     Document,
     DocumentFigure,
@@ -50,8 +51,8 @@ from gsapp.report.estimate_text import (
 )
 from gsapp.report.fit_diagnostics import (
     fit_diagnostics_section,
-    gust_comparison_table,
     gusty_maneuvers_text,
+    mean_comparison_table,
     method_comparison_table,
 )
 from gsapp.report.fit_figures import fit_figure, residual_figure
@@ -192,9 +193,10 @@ def _trust_section(reported: CampaignReportData, units: ReportUnits) -> Document
         parts.append(Paragraph(text=bound_consistency_text(summary)))
     parts += [Paragraph(text=text) for text in residual_text(reported.result)]
     parts += [Paragraph(text=text) for text in gusty_maneuvers_text(reported.result)]
-    gusty = gust_comparison_table(reported.result)
-    if gusty is not None:
-        parts.append(gusty)
+    parts += [Paragraph(text=f"{text}.") for text in contradiction_warnings(reported.result)]
+    means = mean_comparison_table(reported.result)
+    if means is not None:
+        parts.append(means)
     parts += [Paragraph(text=text) for text in exclusion_text(summary)]
     parts += [Paragraph(text=text) for text in outlier_maneuver_text(summary)]
     rows = outlier_rows(summary)

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
+from gsapp.identification.methods import short_method_title
 from gsapp.identification.results import Estimate
 from gsapp.identification.summary.method_comparison import (
-    MethodDifference,
+    MethodComparison,
     ValueWithBound,
     compare_method_means,
     compare_methods,
 )
-from gsapp.identification.summary.settings import SUMMARY
 from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable
 from gsapp.report.estimate_text import decimals_for_std
 from gsapp.report.fit_diagnostic_figures import bounds_figure, correlated_pairs, correlation_figure
 from gsapp.report.residual_text import RESIDUAL_COLUMNS, residual_rows
 from gsapp.report.settings import REPORT
-
-_COLUMNS: Final = (
-    "derivative", "ML", "bound", "equation error", "bound", "difference, in joint bounds",
-)  # fmt: skip
 
 
 def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
@@ -111,58 +106,74 @@ def _correlated(result: CampaignResult) -> tuple[tuple[str, str, str, str], ...]
 
 def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
     """Return in a sentence which maneuvers flew in gusts; empty where none did."""
-    ids = [one.maneuver.id for one in result.results if one.equation_error_estimate is not None]
+    ids = [
+        one.maneuver.id
+        for one in result.results
+        if one.estimate is not None and one.estimate.gusty_maneuvers
+    ]
     if not ids:
         return ()
     return (
         f"The residuals of {len(ids)} maneuver{'' if len(ids) == 1 else 's'} ({', '.join(ids)}) "
         "show gusts, which values and bounds of maximum likelihood suffer from. Equation error "
-        "takes the air as the vanes felt it and stands beside: where the two differ by more "
-        f"than {SUMMARY.significant_sigmas:.0f} joint bounds apart, believe the one with the "
-        "smaller bound.",
+        "takes the air as the vanes felt it: where the two contradict each other, believe "
+        "equation error.",
     )
 
 
-def gust_comparison_table(result: CampaignResult) -> DocumentTable | None:
-    """Return the means of both methods over the maneuvers in gusts; None where there are none."""
+def mean_comparison_table(result: CampaignResult) -> DocumentTable | None:
+    """Return the means by each method; None where only one was used."""
     means = compare_method_means(result.results)
-    if not means:
-        return None
-    return _table("Means over the maneuvers in gusts, per radian, by both methods", means)
+    return _table("Means by each method, per radian", means) if means else None
 
 
 def method_comparison_table(result: ManeuverResult) -> DocumentTable | None:
-    """Return the derivatives of a maneuver by both methods; None where it flew in calm air."""
+    """Return the derivatives of a maneuver by each method; None where only one was used."""
     values = compare_methods(result)
     if not values:
         return None
     maneuver = result.maneuver
-    notes = (
-        () if result.equation_error_estimate is None else result.equation_error_estimate.warnings
+    notes = dict.fromkeys(
+        f"{short_method_title(method)}: {text}"
+        for method, one in result.comparisons.items()
+        for text in one.warnings
+        if result.estimate is None or text not in result.estimate.warnings
     )
-    said = f". Of equation error: {'; '.join(notes)}" if notes else ""
-    caption = (
-        f"Maneuver {maneuver.id} of {maneuver.flight} flew in gusts: equation error beside maximum "
-        f"likelihood, per radian{said}"
-    )
+    said = f". {'; '.join(notes)}" if notes else ""
+    caption = f"Maneuver {maneuver.id} of {maneuver.flight} by each method, per radian{said}"
     return _table(caption, values)
 
 
-def _table(caption: str, values: Sequence[MethodDifference]) -> DocumentTable:
+def _table(caption: str, values: Sequence[MethodComparison]) -> DocumentTable:
+    own = values[0].method
+    others = tuple(dict.fromkeys(key for one in values for key in one.values if key != own))
+    columns = ["derivative", short_method_title(own), "bound"]
+    for other in others:
+        columns += [short_method_title(other), "bound", "difference, in joint bounds"]
     return DocumentTable(
         caption=caption,
-        columns=_COLUMNS,
+        columns=tuple(columns),
         rows=tuple(
             (
                 one.name,
-                *_value_cells(one.maximum_likelihood),
-                *_value_cells(one.equation_error),
-                "" if one.normalized_difference is None else f"{one.normalized_difference:+.1f}",
+                *_value_cells(one.values.get(own)),
+                *(
+                    cell
+                    for other in others
+                    for cell in (
+                        *_value_cells(one.values.get(other)),
+                        _difference_cell(one.difference(other)),
+                    )
+                ),
             )
             for one in values
         ),
-        numeric=frozenset(range(1, len(_COLUMNS))),
+        numeric=frozenset(range(1, len(columns))),
     )
+
+
+def _difference_cell(difference: float | None) -> str:
+    return "" if difference is None else f"{difference:+.1f}"
 
 
 def _value_cells(one: ValueWithBound | None) -> tuple[str, str]:

@@ -4,8 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.aircraft import load_aircraft, shipped_aircraft
-from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.aircraft import (
+    SHIPPED_AIRCRAFT,
+    load_aircraft,
+    shipped_aircraft,
+    write_sensor_positions,
+)
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 
 MINIMAL = """
 [geometry]
@@ -97,3 +102,20 @@ def test_masses_that_no_body_can_have(
 def test_an_unknown_name_proposes_the_nearest() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'b777'"):
         load_aircraft("b77")
+
+
+def test_positions_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -> None:
+    text = MINIMAL + '# as bought\n[sensors.beta_vane]\nposition = ["1 ft", "0 ft", "-2 in"]\n'
+    path = write(tmp_path, text)
+    write_sensor_positions(path, {"alpha_vane": 1.25, "beta_vane": 0.5})
+    sensors = load_aircraft(path).sensors
+    assert sensors.alpha_vane.position == pytest.approx((1.25, 0.0, 0.0))
+    assert sensors.beta_vane.position == pytest.approx((0.5, 0.0, -2 * 0.0254))
+    assert path.read_text().startswith(MINIMAL + "# as bought\n")
+
+
+def test_a_shipped_aircraft_is_never_written() -> None:
+    before = SHIPPED_AIRCRAFT.find("b777").read_text()
+    with pytest.raises(FlightError, match="--aircraft FILE"):
+        write_sensor_positions(SHIPPED_AIRCRAFT.find("b777"), {"alpha_vane": 1.0})
+    assert SHIPPED_AIRCRAFT.find("b777").read_text() == before

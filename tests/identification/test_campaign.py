@@ -1,4 +1,4 @@
-"""A campaign: what each axis frees, and equation error beside maximum likelihood in gusts."""
+"""A campaign: what each axis frees, methods beside each other, contradictions."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,13 @@ from gsapp.identification import campaign as campaign_fitting
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
-from gsapp.identification.summary.method_comparison import compare_method_means, compare_methods
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.method_comparison import (
+    compare_method_means,
+    compare_methods,
+    contradiction_warnings,
+)
+from tests.identification.virtual_instruments import with_channels
 from tests.identification.virtual_maneuvers import Virtual, fly
 
 
@@ -39,17 +45,17 @@ def result_of(*maneuvers: Virtual) -> CampaignResult:
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
-def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str) -> None:
+def test_in_gusts_equation_error_is_nearer_the_truth(kind: str) -> None:
     virtual = flown(1.0, kind)
     (result,) = result_of(virtual).results
     assert result.estimate.gusty_maneuvers == (virtual.maneuver.id,)
     assert any("turbulence" in text for text in result.estimate.warnings)
-    assert result.equation_error_estimate.method == "ee"
-    both = [one for one in compare_methods(result) if one.maximum_likelihood and one.equation_error]
+    assert set(result.comparisons) >= {"ee", "ftr"}
+    both = [one for one in compare_methods(result) if {"ml", "ee"} <= one.values.keys()]
     assert len(both) >= (8 if kind == "lon" else 15)
     # Constants hold zero offsets of accelerometers, which equation error does not know.
     assert not any(one.name.endswith("_0") for one in both)
-    assert _miss(result.equation_error_estimate, virtual, kind) < 0.5 * _miss(
+    assert _miss(result.comparisons["ee"], virtual, kind) < 0.5 * _miss(
         result.estimate, virtual, kind
     )
 
@@ -65,34 +71,66 @@ def _miss(estimate: Estimate, virtual: Virtual, kind: str) -> float:
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    def called(*_given: Any, **_options: Any) -> None:
-        raise AssertionError
-
-    monkeypatch.setattr(campaign_fitting.equation_error, "estimate", called)
-    result = result_of(flown(0.0))
-    (one,) = result.results
-    assert (one.estimate.gusty_maneuvers, one.equation_error_estimate) == ((), None)
-    assert compare_methods(one) == compare_method_means(result.results) == ()
-    (content,) = campaign_json(result)["maneuvers"]
-    assert content["equation_error"] is None
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_in_calm_air_methods_do_not_contradict_each_other(kind: str) -> None:
+    result = result_of(flown(0.0, kind))
+    compared = compare_methods(result.results[0])
+    assert len(compared) >= (8 if kind == "lon" else 15)
+    assert not any(one.contradictions or one.disagreement for one in compared)
+    assert contradiction_warnings(result) == ()
+    assert result.results[0].estimate.influences == ()
 
 
-def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
-    calm, rough = flown(0.0), flown(1.0)
-    rough = replace(rough, maneuver=replace(rough.maneuver, id="rough"))
-    result = result_of(calm, rough)
-    first, second = json.loads(json.dumps(campaign_json(result)))["maneuvers"]
-    assert first["equation_error"] is None
-    beside = second["equation_error"]["derivatives"]
-    assert beside["Cn_r"] != second["derivatives"]["Cn_r"]
-    assert beside.keys() == second["derivatives"].keys()
+def test_programs_get_the_values_of_every_method() -> None:
+    result = result_of(flown(1.0))
+    (content,) = json.loads(json.dumps(campaign_json(result)))["maneuvers"]
+    assert content["comparisons"].keys() >= {"ee", "ftr"}
+    other, own = content["comparisons"]["ee"]["derivatives"], content["derivatives"]
+    assert other.keys() == own.keys()
     (mean,) = [one for one in compare_method_means(result.results) if one.name == "Cn_r"]
-    assert mean.equation_error == pytest.approx((beside["Cn_r"]["value"], beside["Cn_r"]["std"]))
-    own = second["derivatives"]["Cn_r"]
-    assert mean.normalized_difference == pytest.approx(
-        (beside["Cn_r"]["value"] - own["value"]) / np.hypot(beside["Cn_r"]["std"], own["std"])
+    assert mean.values["ee"] == pytest.approx((other["Cn_r"]["value"], other["Cn_r"]["std"]))
+    assert mean.difference("ee") == pytest.approx(
+        (other["Cn_r"]["value"] - own["Cn_r"]["value"])
+        / np.hypot(other["Cn_r"]["std"], own["Cn_r"]["std"])
     )
+
+
+def with_vane_ahead(virtual: Virtual, ahead: float) -> Virtual:
+    """Return a maneuver whose alpha vane stands farther ahead than its aircraft file says."""
+    maneuver = virtual.maneuver
+    alpha = maneuver.block["alpha"] - ahead * maneuver.block["q"] / maneuver.block["V"]
+    return replace(virtual, maneuver=with_channels(maneuver, alpha=alpha))
+
+
+def test_a_vane_elsewhere_makes_methods_contradict_and_the_bound_covers_it() -> None:
+    """No method knows of the vane: what one alone states as its bound, another contradicts."""
+    wrong = with_vane_ahead(flown(0.0, "lon"), 1.5)
+    result = result_of(wrong)
+    compared = {one.name: one for one in compare_methods(result.results[0])}
+    assert compared["Cm_q"].contradictions
+    assert contradiction_warnings(result)
+    value = summarize_campaign(result).derivatives["Cm_q"].value
+    assert value.std**2 == pytest.approx(value.noise**2 + value.disagreement**2)
+    assert value.noise == pytest.approx(result.values["Cm_q"].std)
+    far = max(compared["Cm_q"].values.values(), key=lambda one: abs(one[0] - value.mean))
+    assert abs(far[0] - value.mean) < 1.5 * value.std
+    assert abs(wrong.truth["Cm_q"] - value.mean) < 3.0 * value.std
+
+
+def test_a_response_that_contradicts_the_others_is_named() -> None:
+    """An accelerometer that reads 60 % high: the change foretold is that of the fit without."""
+    virtual = flown(0.0, "lon")
+    an = virtual.maneuver.block["an"]
+    bent = with_channels(virtual.maneuver, an=an.mean() + 1.6 * (an - an.mean()))
+    result = run_campaign([bent], CampaignSettings(single_method=True)).results[0]
+    assert result.comparisons == {}
+    strongest = max(result.estimate.influences, key=lambda one: one.sigmas)
+    assert any(strongest.response in text for text in result.estimate.warnings)
+    responses = tuple(name for name in result.estimate.fit if name != strongest.response)
+    left = CampaignSettings(single_method=True, responses=responses)
+    without = run_campaign([bent], left).results[0].estimate.value(strongest.name)
+    change = without - result.estimate.value(strongest.name)
+    assert change == pytest.approx(strongest.change, rel=0.3)
 
 
 def test_where_equation_error_fails_that_is_said_and_the_fit_stands(
@@ -103,6 +141,6 @@ def test_where_equation_error_fails_that_is_said_and_the_fit_stands(
 
     monkeypatch.setattr(campaign_fitting.equation_error, "estimate", failing)
     (one,) = result_of(flown(1.0)).results
-    assert one.equation_error_estimate is None
+    assert "ee" not in one.comparisons
     assert one.estimate.converged
     assert any("vane was gone" in text for text in one.estimate.warnings)

@@ -249,7 +249,11 @@ def _describe_run_end(outcome: RunOutcome) -> str:
                 maneuvers=", ".join(one.maneuver for one in outcome.summary.outlying_maneuvers)
             )
         )
-    gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
+    gusty = [
+        one.maneuver.id
+        for one in results
+        if one.estimate is not None and one.estimate.gusty_maneuvers
+    ]
     if gusty:
         said.append(
             tr("In gusts, compare with equation error: {gusty}.").format(gusty=", ".join(gusty))

@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from gsapp.foundation import GroundStationError
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text, join_sentences
@@ -149,6 +150,8 @@ class SummaryPage(ReviewStepPage):
         super().__init__(context, tr("Summary"))
         style, selection = context.style, context.selection
         self._outcome: RunOutcome | None = None
+        self._accepted: RunOutcome | None = None
+        """Whose vane positions stand in the aircraft file by now."""
         self.linear = LinearModelsPanel(style, context.actions, context.begin_job)
         self.writer = SummaryExporter(context.store, context.begin_job, self)
         self.writer.status_reported.connect(self._show_message)
@@ -209,7 +212,19 @@ class SummaryPage(ReviewStepPage):
             lambda *_: self._select_attention_item()
         )
         self.attention.opened.connect(lambda _key: self._actions["review_maneuvers"].trigger())
-        add_widgets(self._pair.right, self.attention_heading, self.attention)
+        self.vanes = create_label("", "caution", wrap=True, remarks_in=self.display_style)
+        self.update_aircraft = ActionButton(
+            self._actions["review_update_aircraft"],
+            tr("Update aircraft file"),
+            self.display_style,
+        )
+        add_widgets(
+            self._pair.right,
+            self.attention_heading,
+            self.attention,
+            self.vanes,
+            create_button_row(self.display_style, self.update_aircraft),
+        )
 
     def _writing(self) -> None:
         style, actions = self.display_style, self._actions
@@ -269,6 +284,7 @@ class SummaryPage(ReviewStepPage):
             "review_file": self._export_file,
             "review_open_written": self.writer.open_written,
             "review_copy": self.copy_table,
+            "review_update_aircraft": self._update_aircraft_file,
             "review_compare": self.linear.compare,
         }
 
@@ -281,11 +297,28 @@ class SummaryPage(ReviewStepPage):
         if self._outcome is not None:
             self.writer.export_file(self._outcome, self.file.current_key, self.linear.comparison)
 
+    def _update_aircraft_file(self) -> None:
+        from gsapp.identification.runs.run_execution import accept_vane_positions
+
+        if self._outcome is None:
+            return
+        try:
+            files = accept_vane_positions(self._outcome)
+        except (GroundStationError, OSError) as error:
+            self.vanes.setText(join_sentences((str(error),)))
+            return
+        self._accepted = self._outcome
+        names = ", ".join(str(one) for one in files)
+        self.vanes.setText(tr("Vane positions written to {names}.").format(names=names))
+        self.changed.emit()
+
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         found: list[CommandRequirement] = []
         if self._outcome is not None:
             found.append("review_results")
+            if self._outcome.vanes and self._outcome is not self._accepted:
+                found.append("review_vanes")
         if self.writer.written is not None:
             found.append("review_written")
         return tuple(found)
@@ -337,6 +370,9 @@ class SummaryPage(ReviewStepPage):
             lines = build_attention_rows(outcome)
             self.attention.show_rows(lines)
         self.attention.setVisible(bool(lines))
+        self.vanes.setText(join_sentences(one.text for one in outcome.vanes))
+        for widget in (self.vanes, self.update_aircraft):
+            widget.setVisible(bool(outcome.vanes))
         self.attention_heading.setText(
             tr("Needs attention") if lines else tr("Nothing needs attention")
         )

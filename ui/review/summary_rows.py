@@ -38,7 +38,7 @@ _CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver"
 class AttentionItem:
     """Something in a campaign that a crew should look at."""
 
-    kind: Literal["wild", "outlier", "failed", "gusts", "excluded"]
+    kind: Literal["wild", "outlier", "failed", "methods", "excluded"]
     maneuver: str
     derivative: str = ""
     """Empty where it is about the maneuver as a whole."""
@@ -158,6 +158,14 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         )
         if one.bound_consistency.ratio > DISPLAY.max_scatter_ratio:
             said.append(tr("The bound of the mean includes the scatter between maneuvers."))
+    if one.value.disagreement > one.value.noise:
+        said.append(
+            tr(
+                "Of its bound, noise is {noise:.{digits}f}; maneuvers or methods that disagree are "
+                "{disagreement:.{digits}f}."
+            ).format(noise=one.value.noise, disagreement=one.value.disagreement, digits=digits)
+        )
+    said += _describe_methods(one, digits)
     said += [
         tr("Trend with {condition}: {verdict} (chance alone: {p_value:.2g}).").format(
             condition=channel(trend.condition).title.lower(),
@@ -236,7 +244,7 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             lines.append(_attention_row(item, tr("not fitted"), one.failure, "caution"))
         else:
             lines.append(_attention_row(item, tr("not converged"), estimate.message, "caution"))
-    lines += _build_gust_rows(outcome)
+    lines += _build_contradiction_rows(outcome)
     lines += [
         _attention_row(
             AttentionItem(kind="excluded", maneuver=maneuver),
@@ -249,25 +257,53 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     return tuple(lines)
 
 
-def _build_gust_rows(outcome: RunOutcome) -> list[TableRow]:
+def _build_contradiction_rows(outcome: RunOutcome) -> list[TableRow]:
+    from gsapp.identification.methods import short_method_title
     from gsapp.identification.summary.method_comparison import compare_methods
 
     lines = []
     for one in outcome.result.results:
         values = compare_methods(one)
-        if not values:
-            continue
-        apart = ", ".join(symbol_text(value.name) for value in values if value.differs)
-        disagrees = tr("equation error disagrees in {apart}: use the smaller bound")
-        lines.append(
-            _attention_row(
-                AttentionItem(kind="gusts", maneuver=one.maneuver.id),
-                tr("flown in gusts"),
-                disagrees.format(apart=apart) if apart else tr("equation error agrees"),
-                "caution" if apart else "plain",
+        gusty = one.estimate is not None and bool(one.estimate.gusty_maneuvers)
+        apart: dict[str, list[str]] = {}
+        for value in values:
+            for method in value.contradictions:
+                apart.setdefault(method, []).append(symbol_text(value.name))
+        disagrees = tr("{method} disagrees in {apart}")
+        said = [
+            disagrees.format(method=short_method_title(method), apart=", ".join(names))
+            for method, names in apart.items()
+        ]
+        if gusty or said:
+            lines.append(
+                _attention_row(
+                    AttentionItem(kind="methods", maneuver=one.maneuver.id),
+                    tr("flown in gusts") if gusty else tr("methods contradict each other"),
+                    "; ".join(said) or tr("all methods agree"),
+                    "caution" if said else "plain",
+                )
             )
-        )
     return lines
+
+
+def _describe_methods(one: DerivativeSummary, digits: int) -> list[str]:
+    """Return the mean by each other method, and whether it contradicts."""
+    from gsapp.identification.methods import short_method_title
+
+    if one.comparison is None:
+        return []
+    contradicts = tr("{method}: {value} ± {bound:.{digits}f}, a contradiction.")
+    agrees = tr("{method}: {value} ± {bound:.{digits}f}.")
+    return [
+        (contradicts if method in one.comparison.contradictions else agrees).format(
+            method=short_method_title(method),
+            value=number_text(value, digits),
+            bound=bound,
+            digits=digits,
+        )
+        for method, (value, bound) in one.comparison.values.items()
+        if method != one.comparison.method
+    ]
 
 
 MODE_TITLES: Final = (

@@ -31,6 +31,7 @@ from gsapp.identification.statistics import (
 )
 from gsapp.identification.statistics import ManeuverFitData as BoundsPart
 from gsapp.identification.statistics.bounds import invert_information
+from gsapp.identification.statistics.influence import influence_warnings, response_influences
 from gsapp.quantities import FloatArray
 
 
@@ -57,6 +58,17 @@ class ManeuverResiduals:
     def residuals(self) -> FloatArray:
         """Return measured minus computed, NaN where a sample does not count."""
         return self.measured - self.computed
+
+    @property
+    def bounds_part(self) -> BoundsPart:
+        """Return what bounds are made from."""
+        return BoundsPart(
+            S=self.sensitivities,
+            v=self.residuals,
+            W=self.weights,
+            columns=self.columns,
+            segments=None if len(self.segments) == 1 else self.segments,
+        )
 
 
 def detect_gusts(one: ManeuverProblem, part: ManeuverResiduals) -> list[TurbulenceDetection]:
@@ -183,29 +195,20 @@ def build_solution(
     names = problem.unknowns
     H = solved.information
     plain = invert_information(H)
+    prior = np.zeros_like(H)
+    for name, (_, std) in settings.priors.items():
+        if name in names:
+            prior[names.index(name), names.index(name)] = 1.0 / std**2
+    data = [part.bounds_part for part in parts]
     if settings.bound_factor is not None:
         honest = settings.bound_factor**2 * plain
     else:
-        prior = np.zeros_like(H)
-        for name, (_, std) in settings.priors.items():
-            if name in names:
-                prior[names.index(name), names.index(name)] = 1.0 / std**2
         honest = joint_covariance(
-            [
-                BoundsPart(
-                    S=part.sensitivities,
-                    v=part.residuals,
-                    W=part.weights,
-                    columns=part.columns,
-                    segments=None if len(part.segments) == 1 else part.segments,
-                )
-                for part in parts
-            ],
-            len(names),
-            lags=settings.lags,
-            prior=prior if settings.priors else None,
+            data, len(names), lags=settings.lags, prior=prior if settings.priors else None
         )
     estimate = _estimate(problem, solved, parts, H, honest, plain, settings)
+    if estimate.converged and settings.noise == "diagonal":
+        estimate = _with_influences(estimate, parts, names, prior)
     return MLSolution(
         settings=settings,
         names=names,
@@ -215,6 +218,26 @@ def build_solution(
         cramer_rao=plain,
         parts=parts,
         estimate=estimate,
+    )
+
+
+def _with_influences(
+    estimate: Estimate,
+    parts: Sequence[ManeuverResiduals],
+    names: Sequence[str],
+    prior: FloatArray,
+) -> Estimate:
+    """Return an estimate that says which responses contradict the others."""
+    bounds = {
+        name: (names.index(name), one.std)
+        for name, one in estimate.derivatives.items()
+        if one.std and not name.endswith("_0")
+    }
+    found = response_influences(
+        [(part.responses, part.bounds_part) for part in parts], bounds, len(names), prior
+    )
+    return replace(
+        estimate, influences=found, warnings=(*estimate.warnings, *influence_warnings(found))
     )
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from gsapp.aircraft import file_warnings
+from gsapp.aircraft import SHIPPED_AIRCRAFT, file_warnings, write_sensor_positions
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
+from gsapp.flight.folder import FlightFolder
 from gsapp.flight.maneuvers import uncalibrated_text
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
@@ -206,6 +208,30 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
                 f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
                 "twice and the bounds of the means are too small; exclude one"
             )
+
+
+def accept_vane_positions(outcome: RunOutcome) -> tuple[Path, ...]:
+    """Write the vane positions that a run found into the aircraft file, or files, that it read.
+
+    Raises `GroundStationError` if a file came with the program, or cannot be written.
+    """
+    request = outcome.request
+    if request.aircraft:
+        files = [SHIPPED_AIRCRAFT.find(request.aircraft)]
+    else:
+        files = [
+            FlightFolder(path=one).aircraft_file
+            for one in dict.fromkeys(request.flights)
+            if one.is_dir() and FlightFolder(path=one).aircraft_file.exists()
+        ]
+    if not files:
+        raise FlightError(
+            "no aircraft file to write the vane positions into: name your own with --aircraft FILE"
+        )
+    distances = {f"{one.channel}_vane": one.position[0] for one in outcome.vanes}
+    for file in files:
+        write_sensor_positions(file, distances)
+    return tuple(files)
 
 
 def exclude_maneuvers(outcome: RunOutcome, maneuvers: Collection[str]) -> RunOutcome:

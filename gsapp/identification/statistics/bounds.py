@@ -202,6 +202,14 @@ def noise_autocovariance(part: ManeuverFitData, *, lags: int | None = None) -> F
     return work.lagged
 
 
+def gradient_covariances(part: ManeuverFitData, *, lags: int | None = None) -> FloatArray:
+    """Return the covariance of each response's share of the gradient, its residuals' color kept.
+
+    Shape (n_responses, m, m). `part`: its weights are diagonal.
+    """
+    return _SpectralWorkspace(part, lags).gradient_covariances()
+
+
 class _SpectralWorkspace:
     """The spectra of one maneuver.
 
@@ -240,6 +248,20 @@ class _SpectralWorkspace:
             self.lift()
             B = self._integrated()
         return 0.5 * (B + B.T)
+
+    def gradient_covariances(self) -> FloatArray:
+        """Return the share of each response in B, shape (n_responses, width, width)."""
+        shares, W = self._shares[:, 0, 0], self.part.W.diagonal()
+        density = np.maximum(np.diagonal(self._density, axis1=1, axis2=2).real, 0.0)
+        weighted = shares[:, None] * density * W**2
+        spectra = self._S.transpose(1, 0, 2)
+        found: FloatArray = np.array(
+            [
+                zgemm(1.0, (own * weight[:, None]).T, own.T, trans_b=2).real
+                for own, weight in zip(spectra, weighted.T, strict=True)
+            ]
+        )
+        return 0.5 * (found + found.swapaxes(1, 2))
 
     def lift(self) -> None:
         """Lift the density of the noise to what a density can be."""

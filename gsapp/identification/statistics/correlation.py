@@ -21,6 +21,9 @@ class ResidualStatisticsSettings:
     min_own_variance_share: float = 1e-8  # Of a variance less that of a common offset.
     max_lags: int = 100  # Notes, section 7: 50 to 100 give bounds within 10 %.
     strong_correlation: float = 0.95  # Two parameters cannot be told apart beyond.
+    contradiction_sigmas: float = 4.0
+    """Of a response against the others: 0 of 600 in calm air beyond 4, 4 beyond 3."""
+    max_named: int = 3  # Derivatives that a sentence on a response names.
 
     # Whiteness.
     portmanteau_lags: int = 20  # Lags of the portmanteau test.

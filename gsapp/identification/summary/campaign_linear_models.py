@@ -417,7 +417,9 @@ def _reestimate_means(
     result: CampaignResult, maneuvers: Sequence[Maneuver], progress: CampaignProgressCallback | None
 ) -> dict[str, float]:
     settings = result.settings.with_changes(joint=False)
-    summary = summarize_campaign(run_campaign(maneuvers, settings, progress=progress))
+    summary = summarize_campaign(
+        run_campaign(maneuvers, settings.with_changes(single_method=True), progress=progress)
+    )
     means = {name: one.value.mean for name, one in summary.derivatives.items()}
     return known_derivatives(settings, means)
 

@@ -21,6 +21,7 @@ from gsapp.identification.campaign import (
 )
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.statistics import CORRELATION_WARNING_PREFIX
+from gsapp.identification.summary.method_comparison import MethodComparison, compare_method_means
 from gsapp.identification.summary.settings import SUMMARY
 from gsapp.quantities import BoolArray, FloatArray, name_in_text
 from gsapp.quantities.constants import DEGREE, MAD_TO_STD
@@ -319,11 +320,13 @@ class DerivativeSummary:
     outliers: tuple[Outlier, ...]  # Those left out of `value`.
     value: CampaignValue
     """Mean of the points that stand, each weighted by its own bound and what they scatter beyond
-    bounds from maneuver to maneuver (`BoundConsistency.between`) together; so is its bound."""
+    bounds from maneuver to maneuver (`BoundConsistency.between`) together. Its bound covers that
+    scatter, and methods that contradict one another."""
     bound_consistency: BoundConsistency | None
     """Their scatter against their bounds; None for fewer than three, and for constants whose bounds
     hold the zero of an instrument."""
     trends: tuple[ConditionTrend, ...]
+    comparison: MethodComparison | None = None  # The mean by each method.
     excluded: tuple[DerivativePoint, ...] = ()  # Those left out by hand.
     nonconverged_points: tuple[DerivativePoint, ...] = ()
     """Where fits that did not converge stood when they stopped; not among `points`."""
@@ -382,8 +385,10 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
     by_id = {one.maneuver.id: one for one in result.results}
     out = frozenset(without)
     count = sum(one.maneuver not in out for found in points.values() for one in found)
+    included = [one for one in result.results if one.maneuver.id not in out]
+    methods = {one.name: one for one in compare_method_means(included)}
     found = {
-        name: _summarize(name, points[name], count, by_id, out)
+        name: _summarize(name, points[name], count, by_id, out, methods.get(name))
         for name in names
         if any(one.maneuver not in out for one in points[name])
     }
@@ -426,6 +431,7 @@ def _summarize(
     count: int,
     results: Mapping[str, ManeuverResult],
     without: frozenset[str],
+    methods: MethodComparison | None,
 ) -> DerivativeSummary:
     points = tuple(one for one in every if one.maneuver not in without)
     off = detect_outliers(points, count)
@@ -446,10 +452,25 @@ def _summarize(
             )
             for place, sigmas in off.items()
         ),
-        value=weighted_mean(values, np.hypot(stds, between), offsets),
+        value=_with_disagreement(
+            weighted_mean(values, np.hypot(stds, between), offsets),
+            weighted_mean(values, stds, offsets).std,
+            0.0 if methods is None else methods.disagreement,
+        ),
         bound_consistency=told,
         trends=fit_condition_trends(kept),
+        comparison=methods,
         excluded=tuple(one for one in every if one.maneuver in without),
+    )
+
+
+def _with_disagreement(value: CampaignValue, noise: float, of_methods: float) -> CampaignValue:
+    """Return a mean whose bound covers, beside noise, maneuvers and methods that disagree."""
+    of_maneuvers = math.sqrt(max(value.std**2 - noise**2, 0.0))
+    return replace(
+        value,
+        std=math.hypot(value.std, of_methods),
+        disagreement=math.hypot(of_maneuvers, of_methods),
     )
 
 

@@ -11,6 +11,10 @@ class SummarySettings:
     """Engineering choices."""
 
     significant_sigmas: float = 2.0  # Joint bounds from which two values count as apart.
+    contradiction_sigmas: float = 3.0
+    """Joint bounds from which two methods contradict each other: 1 % of the values of virtual
+    flights in calm air with perfect aircraft files."""
+    max_named: int = 4  # Derivatives that a sentence names.
 
     # Campaign.
     min_outliers: int = 2  # Derivatives of one maneuver that must lie far off ...
