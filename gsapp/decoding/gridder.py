@@ -70,7 +70,7 @@ class Gridder:
     Attributes
     ----------
     first : tuple of int, or None
-        Time of the first sample, and the flight time when it came, us.
+        Time of the first sample, and the latest flight time before it came, us.
     begin : int
         The first row at or after the first sample.
     last : int or None
@@ -106,6 +106,9 @@ class Gridder:
         self._next = 0
         self._intervals: deque[int] = deque(maxlen=DECODING.period_window)
         self._least = 0  # none of these intervals is shorter
+        # Flight time, us, by which a silence had been noticed: until then another source counts,
+        # whatever comes late.
+        self._silent_until = -1
 
     @property
     def period(self) -> int:
@@ -170,6 +173,7 @@ class Gridder:
         Place 0 is the last sample before these, if there is one; place 1 the first of these.
         """
         numerator, step, fallback = self._grid.numerator, self._grid.step, self._fallback
+        until = self._silent_until * numerator
         place, last, least = 0, self.last, self._least
         at = 0 if last is None else last * numerator
         row = self._next
@@ -184,10 +188,12 @@ class Gridder:
             gap = silent = False
             before = at
             if last is None:
-                self.first = (time, came)
+                self.first = (time, now)
             elif time > last:
                 passed = came - last
                 silent = passed > fallback and passed > self.silence_timeout
+                if silent and now * numerator > until:
+                    self._silent_until, until = now, now * numerator
                 interval = time - last
                 self._intervals.append(interval)
                 if interval < least:
@@ -225,7 +231,11 @@ class Gridder:
                 gaps += range(start, len(afters))
             if silent:
                 silents += range(start, len(afters))
+            elif before < until:
+                silents += range(start, min(len(afters), start - row - -until // step))
             if position == between:
+                if at < until:
+                    silents.append(len(afters))
                 befores.append(index)
                 afters.append(index)
                 weights.append(1.0)
@@ -340,6 +350,8 @@ class SourceSelector:
         self._next: int | None = None
         self._start = 0
         self._begun = False
+        # By source, once it spoke: its first row, and whether it was given up before.
+        self._first_rows: dict[int, tuple[int, bool]] = {}
 
     @property
     def pending_count(self) -> int:
@@ -378,18 +390,18 @@ class SourceSelector:
 
     def _decide(self, row: int, now: int, *, final: bool) -> tuple[GridRows | None, int]:
         """Return the rows from `row` on that are decided alike, and the row after them."""
-        limit = _FOREVER
+        limit = settled = _FOREVER
         for number, source in enumerate(self._sources):
             rows = self._rows[number]
             while rows and rows[0].end <= row:
                 rows.popleft()
-            if source.first is not None and row < source.begin:
-                begin = source.begin
-                if source.first[1] > self._start + self._fallback:
-                    limit = min(limit, begin)
+            begin, late = self._first_row(number)
+            if row < begin:
+                limit = min(limit, begin)
+                if late:
                     continue
                 # It came in time; before its first sample there is nothing.
-                return self._nothing(row, min(limit, begin))
+                return self._nothing(row, limit)
             if rows and rows[0].first <= row:
                 piece = rows[0]
                 offset = row - piece.first
@@ -397,6 +409,7 @@ class SourceSelector:
                 if silent is not None and silent[offset]:
                     limit = min(limit, row + _leading_false_count(~silent[offset:]))
                     continue
+                limit = min(limit, settled)
                 if silent is None and not offset and piece.end <= limit:
                     return piece, piece.end
                 end = piece.end if silent is None else row + _leading_false_count(silent[offset:])
@@ -410,11 +423,24 @@ class SourceSelector:
             patience = self._fallback if source.last is None else source.silence_timeout
             # At the end a source that never spoke is given up; one that did keeps its place.
             if now > since + patience or (final and source.last is None):
+                # What still comes counts from now on.
+                settled = _FOREVER if final else self._grid.row_at_or_after(now)
                 continue
             return None, row
         if limit == _FOREVER:
             return None, row
         return self._nothing(row, limit)
+
+    def _first_row(self, number: int) -> tuple[int, bool]:
+        """Return the first row of a source that spoke, and whether it was given up before."""
+        known = self._first_rows.get(number)
+        source = self._sources[number]
+        if known is None and source.first is not None:
+            late = max(source.first) > self._start + self._fallback
+            # Until then another source counted, whatever came late.
+            after = self._grid.row_at_or_after(source.first[1]) if late else 0
+            known = self._first_rows[number] = (max(source.begin, after), late)
+        return known or (0, False)
 
     def _nothing(self, row: int, end: int) -> tuple[GridRows | None, int]:
         if not self._begun or end - row > self._grid.max_filled_rows:

@@ -111,8 +111,10 @@ def test_a_slow_message_never_holds_back_a_quick_one() -> None:
             for name in block.channels:
                 last[name] = block.times[-1]
     # VFR_HUD is the second source, so it counts from the stated two seconds on.
+    # The row of the very moment waits for the next message: the first source may still have it.
     blocks = decoder.feed([send(2_100_000, "attitude", 2100, 0, 0, 0, 0, 0, 0),
-                           send(2_100_000, "vfr_hud", 20.0, 20.0, 0, 0, 0.0, 0.0)])  # fmt: skip
+                           send(2_100_000, "vfr_hud", 20.0, 20.0, 0, 0, 0.0, 0.0),
+                           send(2_101_000, "attitude", 2101, 0, 0, 0, 0, 0, 0)])  # fmt: skip
     found = gather(blocks)
     assert found["V"][0][-1] == 210
     rho = float(air_data.standard_density(np.array([95_000.0]))[0])

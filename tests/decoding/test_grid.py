@@ -205,6 +205,35 @@ def test_the_better_source_is_waited_for_at_the_start_no_longer_than_stated() ->
     assert values == [2.0] * len(values)
 
 
+@pytest.mark.parametrize("asked", [1, 3, 1000])
+@pytest.mark.parametrize("begin", [0.0, 2.0])
+def test_what_comes_late_does_not_change_what_another_source_filled(
+    begin: float, asked: int
+) -> None:
+    """From 2 to 4 s the better source is kept back, then comes at once, on the way or at first."""
+    grid, flags = Grid(100.0), np.zeros(1, dtype=bool)
+    better, worse = sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in range(2)]
+    merger = SourceSelector(grid, sources, 1, 1_000_000)
+    tenths = range(60)
+    in_time = [(0, k) for k in tenths if begin == 0.0 and k < 20]
+    order = [one for k in tenths[:40] for one in ((0, k), (1, k)) if one[0] or one in in_time]
+    order += [(0, k) for k in range(20, 40)]
+    order += [(number, k) for k in tenths[40:] for number in (0, 1)]
+    now, found = 0, dict[int, float]()
+    for count, (number, tenth) in enumerate(order, start=1):
+        time = 100_000 * tenth
+        merger.push(number, sources[number].feed([time], [now], np.array([[float(number)]])))
+        now = max(now, time)
+        if count % asked == 0 or count == len(order):
+            for rows in merger.pull(0, now, final=count == len(order)):
+                found.update(zip(range(rows.first, rows.end), rows.values[:, 0], strict=True))
+    assert (better.samples, worse.samples) == (60 - 20 * (begin > 0.0), 60)
+    until = 190 if begin == 0.0 else 0
+    assert [found[row] for row in range(until)] == [0.0] * until
+    assert [found[row] for row in range(200, 390)] == [1.0] * 190
+    assert [found[row] for row in range(400, 591)] == [0.0] * 191
+
+
 def pairs_of(ends: Sequence[float]) -> Iterator[tuple[float, float]]:
     return zip(ends[::2], ends[1::2], strict=True)
 
