@@ -78,16 +78,16 @@ def estimate(
     with as_usage_error():
         names = (*request.held, *(request.free or ()), *request.priors, *request.start)
         _check_derivatives(names, known)
-    shelf = FlightCache()
+    flight_cache = FlightCache()
     outcome = console.run_with_progress_bar(
-        lambda doing, step: execute_run(request, flights=shelf, doing=doing, progress=step)
+        lambda doing, step: execute_run(request, flights=flight_cache, doing=doing, progress=step)
     )
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
             kept = f"kept as run {save_run(store, outcome)} in {catalog}"
     if json is not None:
-        write_json(json, outcome_json(outcome, shelf))
+        write_json(json, outcome_json(outcome, flight_cache))
     print_outcome(console, outcome)
     check_fitted(outcome)
     if update_aircraft:

@@ -82,26 +82,26 @@ def report(
         request = RunRequest(flights=paths, **settings)
         validation_flight_numbers(paths, validate or ())
     check_windows(request.maneuver_windows, paths)
-    shelf = FlightCache()
+    flight_cache = FlightCache()
 
     def work(
         doing: StatusCallback, step: CampaignProgressCallback
     ) -> tuple[RunOutcome, tuple[Path, ...]]:
-        outcome = estimate(request, flights=shelf, doing=doing, progress=step)
+        outcome = estimate(request, flights=flight_cache, doing=doing, progress=step)
         check_fitted(outcome)
         linear = None
         if validate:
-            linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)
+            linear = compare_linear_models(outcome, validate, flights=flight_cache, progress=step)
         written = write_campaign_report(
             outcome, out, units=DISPLAY_UNITS.get(), written=local_timestamp() if dated else None,
             linear=linear,
-            flights=shelf, progress=step,
+            flights=flight_cache, progress=step,
         )  # fmt: skip
         return outcome, written
 
     outcome, written = console.run_with_progress_bar(work)
     if json is not None:
-        content = outcome_json(outcome, shelf) | {"written": [str(one) for one in written]}
+        content = outcome_json(outcome, flight_cache) | {"written": [str(one) for one in written]}
         write_json(json, content)
     console.print_sentence(estimate_headline(outcome.summary, outcome.result))
     for sentence in outlier_maneuver_text(outcome.summary):

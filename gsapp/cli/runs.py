@@ -169,17 +169,17 @@ def _repeat(
 
     if out is not None:
         check_report_path(out)
-    shelf = FlightCache()
+    flight_cache = FlightCache()
 
     def work(
         doing: StatusCallback, step: CampaignProgressCallback
     ) -> tuple[RepeatedRun, tuple[Path, ...]]:
-        found = repeat_run(store, number, flights=shelf, doing=doing, progress=step)
+        found = repeat_run(store, number, flights=flight_cache, doing=doing, progress=step)
         if out is None:
             return found, ()
         return found, write_campaign_report(
             replace(found.outcome, number=number), out, units=DISPLAY_UNITS.get(),
-            written=local_timestamp() if dated else None, flights=shelf, progress=step,
+            written=local_timestamp() if dated else None, flights=flight_cache, progress=step,
         )  # fmt: skip
 
     found, written = console.run_with_progress_bar(work)

@@ -106,12 +106,12 @@ def compute_observability(
                 key=lambda pair: -abs(pair[1]),
             )
             aliases = tuple(alike[: SEARCH.max_aliases])
-        lore = find_effect(one.id)
-        fly = lore.separated_by if aliases or sigma < SEARCH.visible_sigma else ""
+        record = find_effect(one.id)
+        fly = record.separated_by if aliases or sigma < SEARCH.visible_sigma else ""
         rows.append(
             Observability(
                 effect=one.id,
-                effect_class=lore.effect_class,
+                effect_class=record.effect_class,
                 sigma=float(sigma),
                 sigma_size=std,
                 aliases=aliases,

@@ -364,23 +364,23 @@ def _rescaling_alternatives(values: Mapping[str, ChangedValue]) -> list[Alternat
         if all(
             abs(ratio - mean) < 3.0 * bound for ratio, bound in zip(ratios, spread, strict=True)
         ):
-            lore = find_effect(effect)
+            record = find_effect(effect)
             found.append(
                 Alternative(
                     effects=(effect,),
-                    title=lore.title,
+                    title=record.title,
                     why=f"moves {', '.join(names)} by one factor, here {mean:.2f}",
-                    fly=lore.remedy,
+                    fly=record.remedy,
                 )
             )
     if "Cm_alpha" in values and "CN_alpha" not in values:
-        lore = find_effect("mass.cg.x")
+        record = find_effect("mass.cg.x")
         found.append(
             Alternative(
                 effects=("mass.cg.x",),
-                title=lore.title,
+                title=record.title,
                 why="moves Cm_alpha by CN_alpha times the shift over the chord",
-                fly=lore.remedy,
+                fly=record.remedy,
             )
         )
     return found

@@ -69,15 +69,15 @@ def write_campaign_report(
         If the disk refuses.
     """
     check_report_path(out)
-    shelf = FlightCache() if flights is None else flights
+    flight_cache = FlightCache() if flights is None else flights
     if ftr_histories is None:
         tell = _scaled_progress(_FTR_SHARE, progress)
         tell(0.0, "computing FTR over the flights")
-        ftr_histories = _flight_ftr_histories(outcome, shelf, tell)
+        ftr_histories = _flight_ftr_histories(outcome, flight_cache, tell)
     if linear is None:
         tell = _scaled_progress(_LINEAR_SHARE, progress)
         tell(0.0, "comparing linear models")
-        linear = compare_linear_models(outcome, flights=shelf, progress=_step(tell))
+        linear = compare_linear_models(outcome, flights=flight_cache, progress=_step(tell))
     tell = _scaled_progress(_DRAWING_SHARE, progress)
     tell(0.0, "drawing the figures")
     document = estimate_document(
@@ -90,13 +90,13 @@ def write_campaign_report(
 
 
 def _flight_ftr_histories(
-    outcome: RunOutcome, shelf: FlightCache, tell: ReportProgress
+    outcome: RunOutcome, flight_cache: FlightCache, tell: ReportProgress
 ) -> tuple[FlightEstimateHistory, ...]:
     openings = flight_open_requests(outcome.request)[: REPORT.max_ftr_flights]
     found: list[FlightEstimateHistory] = []
     for number, opening in enumerate(openings):
         tell(number / len(openings), f"reading {opening.path.name}")
-        one = shelf.open(opening).opened
+        one = flight_cache.open(opening).opened
         tell((number + 0.5) / len(openings), f"computing FTR over {one.flight.name}")
         found += compute_ftr_histories([(one.flight, one.aircraft)])
     return tuple(found)

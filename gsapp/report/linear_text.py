@@ -52,11 +52,11 @@ def compare_linear_models(
         If `progress` returned False.
     """
     numbers = validation_flight_numbers(outcome.request.flights, validate)
-    shelf = FlightCache() if flights is None else flights
+    flight_cache = FlightCache() if flights is None else flights
     openings = flight_open_requests(outcome.request)
 
     def cut(number: str, start: float, stop: float) -> Maneuver:
-        opened = shelf.open(openings[int(number or "1") - 1]).opened
+        opened = flight_cache.open(openings[int(number or "1") - 1]).opened
         return opened.cut("whole", start, stop, (), "")
 
     return validate_linear_models(

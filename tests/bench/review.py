@@ -86,7 +86,7 @@ def working(folder: Path) -> None:
         actions = window.commands.actions
         one = page.editing.row.maneuver
         stops = iter(np.arange(one.t_start + 1.0, one.t_end, 0.01).tolist())
-        deeds: dict[str, Callable[[], object]] = {
+        actions: dict[str, Callable[[], object]] = {
             "an edge moved by a key, written and shown": actions["review_start_later"].trigger,
             "an edge dragged by one more pixel": lambda: page._preview_edges(
                 one.id, one.t_start, next(stops)
@@ -94,10 +94,10 @@ def working(folder: Path) -> None:
             "the whole flight drawn": page.timeline.show_all,
             "twenty seconds drawn": lambda: page.timeline.zoom_to(150.0, 162.0),
         }
-        for words, deed in deeds.items():
+        for words, action in actions.items():
 
-            def shown(deed: Callable[[], object] = deed) -> None:
-                deed()
+            def shown(action: Callable[[], object] = action) -> None:
+                action()
                 work()
 
             print(f"{1e3 * timed(shown, 10):6.1f} ms  {words}")

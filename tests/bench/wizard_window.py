@@ -38,7 +38,7 @@ def whole_aircraft(seeds: int, setting_error: float) -> None:
         with tempfile.TemporaryDirectory() as folder:
             window = BenchWindow(Path(folder), VirtualBench(seed, setting_error=setting_error))
             window.press(Qt.Key.Key_Space)
-            window.desk.pass_time(4.0)
+            window.controller.pass_time(4.0)
             work_through(window)
             random = np.random.default_rng(seed)
             for name, certificate in window.view.certificates.items():

@@ -103,38 +103,38 @@ DEEDS = st.lists(
 )
 
 
-def done(book: EditableManeuverList, deed: str, place: int, size: float) -> EditableManeuverList:
+def done(book: EditableManeuverList, action: str, place: int, size: float) -> EditableManeuverList:
     """Do something to a book; what does not fit leaves it as it is."""
     names = [one.id for one in book.maneuvers]
-    if deed == "undo":
+    if action == "undo":
         return book.undo()
-    if deed == "redo":
+    if action == "redo":
         return book.redo()
-    if deed == "add":
+    if action == "add":
         return book.add(plain, 10.0 * place, 10.0 * place + size)
     if not names:
         return book
     name = names[place % len(names)]
-    if deed == "move":
+    if action == "move":
         return book.move(name, plain, t_end=book[name].t_start + size)
-    if deed == "remove":
+    if action == "remove":
         return book.remove(name)
-    if deed == "merge":
+    if action == "merge":
         return book.merge(names[:2], plain) if len(names) > 1 else book
-    if deed == "use":
+    if action == "use":
         return book.set_use(name, size > 1.5)
-    if deed == "rename":
+    if action == "rename":
         new = f"{name}'"
         return book if new in names else book.rename(name, new)
     return book.annotate(name, f"{size:.2f}")
 
 
 @settings(max_examples=50, deadline=None)
-@given(deeds=DEEDS)
-def test_every_history_can_be_taken_back_and_brought_again(deeds):
+@given(actions=DEEDS)
+def test_every_history_can_be_taken_back_and_brought_again(actions):
     book = BOOK
-    for deed in deeds:
-        book = done(book, *deed)
+    for action in actions:
+        book = done(book, *action)
     back = book
     for _ in book.edits:
         back = back.undo()
@@ -147,12 +147,12 @@ def test_every_history_can_be_taken_back_and_brought_again(deeds):
 
 
 @settings(max_examples=25, deadline=None)
-@given(deeds=DEEDS)
-def test_the_events_file_holds_every_history(tmp_path_factory, deeds):
+@given(actions=DEEDS)
+def test_the_events_file_holds_every_history(tmp_path_factory, actions):
     path = tmp_path_factory.mktemp("edits") / "events.jsonl"
     log = ManeuverEditLog(EventLog(path), FOUND)
-    for deed in deeds:
-        book = done(log.maneuver_list, *deed)
+    for action in actions:
+        book = done(log.maneuver_list, *action)
         if book != log.maneuver_list:
             log.record(book)
     again = ManeuverEditLog(EventLog(path), FOUND)
@@ -213,10 +213,12 @@ def test_a_record_comes_back_whole():
 # A list that is found otherwise than when it was changed --------------------------------
 
 
-def edited(path: Path, found: tuple[DetectedManeuver, ...], *deeds: tuple[str, int, float]) -> None:
+def edited(
+    path: Path, found: tuple[DetectedManeuver, ...], *actions: tuple[str, int, float]
+) -> None:
     log = ManeuverEditLog(EventLog(path), found)
-    for deed in deeds:
-        log.record(done(log.maneuver_list, *deed))
+    for action in actions:
+        log.record(done(log.maneuver_list, *action))
 
 
 def test_maneuvers_that_know_as_little_are_equal():

@@ -58,14 +58,14 @@ def take_pilot_screenshots(flight: Path, out: Path, guise: WindowAppearance) -> 
 
 def _capture_flight(crew: ScreenshotTaker, flight: Path) -> Iterator[Path]:
     """Go to where each state stands, then to the debrief."""
-    desk = crew.window.flight_controller
-    desk.flight_opener.open_flight(flight, playing=False)
-    crew.wait_until(lambda: desk.is_loaded, f"{flight} to open")
+    flight_controller = crew.window.flight_controller
+    flight_controller.flight_opener.open_flight(flight, playing=False)
+    crew.wait_until(lambda: flight_controller.is_loaded, f"{flight} to open")
     crew.window.show_page("pilot")
     for name, at in _find_picture_times(crew).items():
         _go_to(crew, at + _EVENT_DELAY_SECONDS)
         yield crew.take_screenshot(name)
-    span = desk.replay_span
+    span = flight_controller.replay_span
     if span is not None:
         _go_to(crew, span[1])
     crew.window.pilot_page.show_page(debrief=True)
@@ -75,8 +75,8 @@ def _capture_flight(crew: ScreenshotTaker, flight: Path) -> Iterator[Path]:
 
 def _find_picture_times(crew: ScreenshotTaker) -> Mapping[str, float]:
     """Return the flight time of each picture: of its kind that nearest to the middle."""
-    desk = crew.window.flight_controller
-    span, session = desk.replay_span, desk.session
+    flight_controller = crew.window.flight_controller
+    span, session = flight_controller.replay_span, flight_controller.session
     if span is None or session is None or session.cue_monitor is None:
         return {}
     _go_to(crew, span[1])
@@ -115,14 +115,20 @@ def _go_to(crew: ScreenshotTaker, at: float) -> None:
 
 def _capture_training(crew: ScreenshotTaker) -> Iterator[Path]:
     """Take the sticks of the virtual aircraft."""
-    pilot, desk = crew.window.pilot_page, crew.window.flight_controller
+    pilot, flight_controller = crew.window.pilot_page, crew.window.flight_controller
     pilot.start_training()
-    crew.wait_until(lambda: pilot.training.running and desk.time is not None, "the aircraft")
-    crew.wait_until(lambda: (desk.time or 0.0) > _TRAINING_START_SECONDS, "the aircraft")
+    crew.wait_until(
+        lambda: pilot.training.running and flight_controller.time is not None, "the aircraft"
+    )
+    crew.wait_until(
+        lambda: (flight_controller.time or 0.0) > _TRAINING_START_SECONDS, "the aircraft"
+    )
     pilot.training.exchange_control()
     crew.wait_until(lambda: pilot.training.trainee_has_control, "the sticks")
-    begin = desk.time or 0.0
-    crew.wait_until(lambda: (desk.time or 0.0) > begin + _TRAINING_SECONDS, "the flight")
+    begin = flight_controller.time or 0.0
+    crew.wait_until(
+        lambda: (flight_controller.time or 0.0) > begin + _TRAINING_SECONDS, "the flight"
+    )
     yield crew.take_screenshot("training")
 
 

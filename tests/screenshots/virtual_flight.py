@@ -45,15 +45,15 @@ def save_window_screenshot(
 ) -> Path:
     """Open a flight, go to a share `at` of it, 0 to 1, and save what the window shows."""
     with screenshot_window(guise) as window:
-        desk = window.flight_controller
+        controller = window.flight_controller
         crew = ScreenshotTaker(window, out.parent, settles=_SETTLING_SECONDS, patience=_TIMEOUT)
-        desk.flight_opener.open_flight(flight, playing=False)
-        crew.wait_until(lambda: desk.is_loaded, f"{flight} to open")
-        span = desk.replay_span
+        controller.flight_opener.open_flight(flight, playing=False)
+        crew.wait_until(lambda: controller.is_loaded, f"{flight} to open")
+        span = controller.replay_span
         if span is not None:
             share = 2.0 / 3.0 if at is None else at
-            desk.seek(span[0] + share * (span[1] - span[0]))
-        crew.wait_until(lambda: desk.is_up_to_date, "the charts")
+            controller.seek(span[0] + share * (span[1] - span[0]))
+        crew.wait_until(lambda: controller.is_up_to_date, "the charts")
         return crew.save_screenshot(out)
 
 
@@ -62,20 +62,20 @@ def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
     from ui.dialogs.flight_requests import VirtualFlightRequest
 
     with screenshot_window(guise) as window:
-        desk = window.flight_controller
+        controller = window.flight_controller
         crew = ScreenshotTaker(
             window, out.parent, settles=_SETTLING_SECONDS, patience=_FLIGHT_SECONDS + _TIMEOUT
         )
-        desk.flight_opener.fly_virtual(
+        controller.flight_opener.fly_virtual(
             VirtualFlightRequest(
                 plan="short",
                 seed=1,
                 speed=1.0,
                 thin=False,
-                folder=desk.flight_opener.next_flight_folder(),
+                folder=controller.flight_opener.next_flight_folder(),
             )
         )
-        crew.wait_until(lambda: (desk.time or 0.0) >= _FLIGHT_SECONDS, "the flight")
+        crew.wait_until(lambda: (controller.time or 0.0) >= _FLIGHT_SECONDS, "the flight")
         return crew.save_screenshot(out)
 
 

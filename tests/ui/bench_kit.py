@@ -25,7 +25,7 @@ _PAST = 3.0
 """Degrees by which a setting is passed."""
 
 
-class BenchDesk(QObject):
+class BenchController(QObject):
     """What a wizard's page needs of a desk; the samples come as fast as they are asked for."""
 
     changed = Signal()
@@ -103,9 +103,9 @@ class BenchWindow(QMainWindow):
         self.display_style = DisplayStyle()
         self.appearance = AppearanceController(self.display_style, self.store, self)
         self.appearance.apply()
-        self.desk = BenchDesk(bench, folder)
+        self.controller = BenchController(bench, folder)
         self.voice = Voice()
-        self.page = WizardPage(self.display_style, self.store, self.desk, self.voice)
+        self.page = WizardPage(self.display_style, self.store, self.controller, self.voice)
         self.setCentralWidget(self.page)
         self.keys = 0
         self.left = False
@@ -132,7 +132,7 @@ class BenchWindow(QMainWindow):
             return
         self.left = True
         self.page.close_run()
-        self.desk.close()
+        self.controller.close()
         self.close()
         self.deleteLater()
 
@@ -140,7 +140,7 @@ class BenchWindow(QMainWindow):
         QTest.keyClicks(QApplication.focusWidget(), text)
 
     def set_surface(self, channel: str, angle: float) -> None:
-        self.desk.pass_time(self.bench.set_angle(channel, angle))
+        self.controller.pass_time(self.bench.set_angle(channel, angle))
 
 
 def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
@@ -155,11 +155,11 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
             if "repeat these points" in view.prompt:
                 # This crew looks at the curve and takes it as it is.
                 window.press(Qt.Key.Key_Space)
-            window.desk.pass_time(_TICK)
+            window.controller.pass_time(_TICK)
             continue
         if view.phase == "sign":
             window.set_surface(name, max(instrument.settings))
-            window.desk.pass_time(2.5)
+            window.controller.pass_time(2.5)
             continue
         taken, target = len(view.points), view.target
         assert target is not None
@@ -170,7 +170,7 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
         for _ in range(8):
             if len(window.view.points) != taken or window.view.phase != "points":
                 break
-            window.desk.pass_time(_TICK)
+            window.controller.pass_time(_TICK)
     raise AssertionError(f"after {most} movements: {window.view.prompt} {window.view.message}")
 
 
@@ -184,18 +184,18 @@ def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
             if told not in named:
                 named.append(told)
 
-    window.desk.refreshed.connect(note)
+    window.controller.refreshed.connect(note)
     window.press(Qt.Key.Key_Space)
-    window.desk.pass_time(4.0)
+    window.controller.pass_time(4.0)
     assert window.view.instrument.channel == channel
     window.set_surface(channel, 15.0)
-    window.desk.pass_time(2.0)
+    window.controller.pass_time(2.0)
     if not named and window.view.phase == "sign":
         # Moved, and nothing happens: the key says that it was moved.
         window.press(Qt.Key.Key_Space)
-        window.desk.pass_time(1.0)
+        window.controller.pass_time(1.0)
     for angle in (-24.0, -20.0, 24.0):
         if not named:
             window.set_surface(channel, angle)
-            window.desk.pass_time(2.0)
+            window.controller.pass_time(2.0)
     return named

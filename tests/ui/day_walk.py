@@ -154,7 +154,7 @@ class Day:
 
     def fly(self, person: XDriver) -> None:
         """Fly: an alarm is acknowledged, a second transmitter comes, and the aircraft is lost."""
-        desk = self.window.flight_controller
+        flight_controller = self.window.flight_controller
         plan = self.folder / "day.toml"
         plan.write_text(PLAN)
         person.keys("F2")
@@ -162,36 +162,57 @@ class Day:
             "-m", "gsapp", "fly", "--to", f"udpout:127.0.0.1:{self.port}", "--plan", str(plan),
             "--speed", str(SPEED),
         )  # fmt: skip
-        person.until(lambda: desk.session.snapshot().link.state == "ok", "the link carries", 60.0)
+        person.until(
+            lambda: flight_controller.session.snapshot().link.state == "ok",
+            "the link carries",
+            60.0,
+        )
         person.note(
-            alarm_before=person.ask(lambda: desk.session.alarm_registry.get("link") is not None)
+            alarm_before=person.ask(
+                lambda: flight_controller.session.alarm_registry.get("link") is not None
+            )
         )
         person.picture("06-flying")
         self.start("-P", "-c", OTHER, str(self.port))
-        person.until(lambda: len(desk.session.link_report().vehicles) == 2, "two are heard")
+        person.until(
+            lambda: len(flight_controller.session.link_report().vehicles) == 2, "two are heard"
+        )
         aircraft.send_signal(signal.SIGSTOP)
         stopped = time.monotonic()
-        person.until(lambda: desk.session.snapshot().link.state == "silent", "the loss is seen")
+        person.until(
+            lambda: flight_controller.session.snapshot().link.state == "silent", "the loss is seen"
+        )
         person.note(seen_after=time.monotonic() - stopped)
         person.picture("07-lost")
         aircraft.send_signal(signal.SIGCONT)
-        person.until(lambda: desk.session.snapshot().link.state == "ok", "the aircraft is back")
+        person.until(
+            lambda: flight_controller.session.snapshot().link.state == "ok", "the aircraft is back"
+        )
         self.acknowledge(person)
         person.picture("08-alarms")
         person.until(
-            lambda: desk.session.landing.landed_at is not None, "the landing is recognized", 120.0
+            lambda: flight_controller.session.landing.landed_at is not None,
+            "the landing is recognized",
+            120.0,
         )
         person.picture("09-landed")
         person.press("End flight and review")
         self.review(person)
 
     def quick_flight(self, person: XDriver) -> None:
-        desk = self.window.flight_controller
+        flight_controller = self.window.flight_controller
         with Aircraft(self.port) as aircraft:
-            person.until(lambda: desk.history is not None and desk.history.has("alpha"), "samples")
+            person.until(
+                lambda: (
+                    flight_controller.history is not None and flight_controller.history.has("alpha")
+                ),
+                "samples",
+            )
             person.picture("06-flying")
         person.note(sent=aircraft.sent + aircraft.texts)
-        person.until(lambda: desk.session.snapshot().link.state == "silent", "the loss is seen")
+        person.until(
+            lambda: flight_controller.session.snapshot().link.state == "silent", "the loss is seen"
+        )
         self.acknowledge(person)
         person.press("Stop")
         person.press("Stop recording", person.dialog(QMessageBox))

@@ -63,12 +63,12 @@ class Watcher:
             monkeypatch.setattr(owner, name, asks(answer))
 
     def state(self) -> tuple[object, ...]:
-        window, desk = self.window, self.window.flight_controller
+        window, controller = self.window, self.window.flight_controller
         tops = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
         focus = QApplication.focusWidget()
         return (
             QGuiApplication.clipboard().text(), len(tops), self.asked, window.store.current,
-            id(desk.session), window.windowState(), None if focus is None else id(focus),
+            id(controller.session), window.windowState(), None if focus is None else id(focus),
         )  # fmt: skip
 
     def acts(self, act: Callable[[], object]) -> bool:

@@ -72,20 +72,20 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
             return len(desktop.interface().registeredServiceNames().value())
 
         alone = connections()
-        desk = Desk()
-        screen = ScreenSaverInhibitor(desk)
-        desk.changed.emit()
+        controller = Desk()
+        screen = ScreenSaverInhibitor(controller)
+        controller.changed.emit()
         assert connections() == alone
-        desk.is_recording = True
-        desk.changed.emit()
+        controller.is_recording = True
+        controller.changed.emit()
         until(qtbot, lambda: bool(saver.asked))
         assert saver.asked == [("Ground station", "a flight is being recorded")]
         assert connections() > alone
         if how == "another flight":
-            desk.is_recording = False
-            desk.changed.emit()
+            controller.is_recording = False
+            controller.changed.emit()
         elif how == "the recording ends":
-            desk.recording_ended.emit(None)
+            controller.recording_ended.emit(None)
         else:
             screen.close()
         until(qtbot, lambda: connections() == alone)

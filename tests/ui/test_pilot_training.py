@@ -100,10 +100,10 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(window, 
         Qt.Key.Key_T,
         Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier,
     )
-    pilot, desk = window.pilot_page, window.flight_controller
-    until(qtbot, lambda: pilot.training.running and desk.time is not None, _PATIENCE_MS)
+    pilot, controller = window.pilot_page, window.flight_controller
+    until(qtbot, lambda: pilot.training.running and controller.time is not None, _PATIENCE_MS)
     assert pilot.isVisible()
-    until(qtbot, lambda: desk.time > 1.0, _PATIENCE_MS)
+    until(qtbot, lambda: controller.time > 1.0, _PATIENCE_MS)
     # It begins in the air, with the cards of the aircraft, and the page judges it.
     until(qtbot, lambda: pilot.canvas.display.card.heading.startswith("NEXT"), _PATIENCE_MS)
     assert "built-in pilot" in pilot.help.text()
@@ -122,10 +122,12 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(window, 
     # A doublet: half stick back, half stick forward.
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_3)
     assert "half stick" in pilot.help.text()
-    begin = desk.time
+    begin = controller.time
 
     def moved() -> np.ndarray:
-        values = desk.session.history.block(("de",), begin - 0.5, desk.time).values[:, 0]
+        values = controller.session.history.block(("de",), begin - 0.5, controller.time).values[
+            :, 0
+        ]
         return values - np.nanmedian(values[:40])
 
     # Pulled is trailing edge up, negative, and comes first.
@@ -136,7 +138,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(window, 
     until(qtbot, lambda: not pilot.training.trainee_has_control, _PATIENCE_MS)
     # Another flight ends it.
     aircraft = pilot.training._flight.process
-    desk.close_flight()
+    controller.close_flight()
     ended = time.monotonic() + 10.0
     while aircraft.is_running() and time.monotonic() < ended:
         time.sleep(0.05)

@@ -128,12 +128,14 @@ def test_a_check_names_what_moved(
 ) -> None:
     """A lever at another hole changes the slope alone: a zero that moved by nothing is no news."""
     rudder = load_certificates("b777")["rudder"]
-    shelf = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
-    shelf.store.put_in_force(rudder)
+    calibrations = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
+    calibrations.store.put_in_force(rudder)
     checked = check_of(rudder, zero, slope, passed=passed)
-    shelf.store.record_check(checked)
-    plan = shelf.load_plan_in_use().select_kinds(("surface",))
-    (standing,) = [one for one in list_instrument_statuses(plan, shelf) if one.title == "Rudder"]
+    calibrations.store.record_check(checked)
+    plan = calibrations.load_plan_in_use().select_kinds(("surface",))
+    (standing,) = [
+        one for one in list_instrument_statuses(plan, calibrations) if one.title == "Rudder"
+    ]
     assert standing.text.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
     (instrument,) = [one for one in plan.instruments if one.channel == "rudder"]
     view = WizardView(
@@ -157,8 +159,8 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     tmp_path: Path, replaying: bool, aircraft: str, kept: bool
 ) -> None:
     store = SettingsStore(tmp_path / "window.toml")
-    shelf = CalibrationFolder(calibrations_path(store.path), aircraft, "b777")
-    shelf.store.put_in_force(load_certificates("b777")["rudder"])
+    calibrations = CalibrationFolder(calibrations_path(store.path), aircraft, "b777")
+    calibrations.store.put_in_force(load_certificates("b777")["rudder"])
     flight = FlightFolder.create(tmp_path / "flight")
     session = SimpleNamespace(
         aircraft=load_aircraft("b777"), path=flight.path, replay_feed=flight if replaying else None
@@ -166,7 +168,7 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     at_hand = CalibrationController(
         SimpleNamespace(session=session), store, SimpleNamespace(running=False)
     )
-    at_hand.apply(at_hand.folder if aircraft == at_hand.folder.aircraft else shelf)
+    at_hand.apply(at_hand.folder if aircraft == at_hand.folder.aircraft else calibrations)
     assert [path.stem for path in flight.certificate_files()] == (["rudder"] if kept else [])
     assert load_certificates(store.current.calibration)["rudder"].channel == "rudder"
 
@@ -214,8 +216,8 @@ def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_pat
     flight = SimpleNamespace(aircraft=load_aircraft(file), calibration_in_force=in_force)
     practice = SimpleNamespace(running=False)
     for session in (None, flight):
-        desk = SimpleNamespace(session=session)
-        assert CalibrationController(desk, store, practice).folder.aircraft == "Skywalker X8"
+        controller = SimpleNamespace(session=session)
+        assert CalibrationController(controller, store, practice).folder.aircraft == "Skywalker X8"
         books = PreflightModel(store)
         books.session = session
         books.read_calibration()

@@ -59,7 +59,7 @@ def at_bench(tmp_path: Path, qapp: QApplication) -> Iterator[Open]:
 
 def begin(window: BenchWindow, key: Qt.Key = KEY.Key_Space) -> None:
     window.press(key)
-    window.desk.pass_time(4.0)
+    window.controller.pass_time(4.0)
 
 
 # Surfaces
@@ -73,7 +73,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     work_through(window, "rudder")
     # Ten points and a sign cost the press that began it.
     assert window.keys == 1
-    assert window.desk.complaints == []
+    assert window.controller.complaints == []
     assert window.voice.tones.count("taken") >= 12
     assert any("Left elevator" in words for words in window.voice.words)
 
@@ -113,7 +113,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     window.press(KEY.Key_C)
     window.press(KEY.Key_PageDown)
     assert window.page.work.prompt_view.prompt.state_text == "Waiting"
-    window.desk.pass_time(3.0)
+    window.controller.pass_time(3.0)
     assert window.page.work.prompt_view.prompt.state_text == "Steady"
     window.press(KEY.Key_Escape)
     window.press(KEY.Key_Return)
@@ -186,7 +186,7 @@ def test_a_certificate_goes_into_the_flight_that_is_open_and_is_printed_by_a_key
     flight.store_certificates(certificate_paths("b777"))
     window = at_bench("rudder")
     assert "paper" not in [one.id for one in window.page.action_bar.offers]
-    window.desk.session.path = flight.path
+    window.controller.session.path = flight.path
     begin(window)
     work_through(window)
     kept = {path.stem: path for path in flight.certificate_files()}
@@ -196,15 +196,15 @@ def test_a_certificate_goes_into_the_flight_that_is_open_and_is_printed_by_a_key
     assert kept["alpha"].read_bytes() == next(
         path.read_bytes() for path in certificate_paths("b777") if path.stem == "alpha"
     )
-    assert window.desk.opened == [flight.path]
+    assert window.controller.opened == [flight.path]
     assert load_certificates(window.store.current.calibration)["rudder"].points
     assert [one.id for one in window.page.action_bar.offers][:2] == ["leave", "paper"]
-    with qtbot.waitSignal(window.desk.message_posted, timeout=30_000) as said:
+    with qtbot.waitSignal(window.controller.message_posted, timeout=30_000) as said:
         window.press(KEY.Key_W)
     assert said.args[1].startswith("1 page is written")
     page = Path(said.args[1].rpartition(": ")[2].rstrip(".")) / "rudder.pdf"
     assert page.read_bytes().startswith(b"%PDF-")
-    assert window.desk.complaints == []
+    assert window.controller.complaints == []
     window.press(KEY.Key_Space)
     assert "paper" in [one.id for one in window.page.action_bar.offers]
 
@@ -223,10 +223,10 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
         return float(rows.mean())
 
     neutral = ink_row()
-    window.desk.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
+    window.controller.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
     assert work.prompt_view.prompt.state_text == "Moving"
     assert count(work.prompt_view, style.theme.caution_fill) > 2000
-    window.desk.pass_time(2.0)
+    window.controller.pass_time(2.0)
     assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
     assert "Left elevator" in work.motion_view.accessibleName()
 
@@ -253,7 +253,7 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
         assert window.page.action_bar.offers[0].id == "again"
         window.page.action_bar.triggered.emit("again")
     assert window.page.run is not None
-    window.desk.pass_time(4.0)
+    window.controller.pass_time(4.0)
     assert (window.view.instrument.channel, window.view.count) == ("rudder", 1)
 
 
@@ -343,7 +343,7 @@ def test_a_temperature_that_is_none_begins_nothing(at_bench: Open) -> None:
     window.press(KEY.Key_Space)
     QApplication.processEvents()
     assert window.page.run is None
-    assert "'2o' is not a number" in window.desk.complaints[0]
+    assert "'2o' is not a number" in window.controller.complaints[0]
     window.page.start.temperature.setText("21,5")
     begin(window)
     assert window.page.run is not None
@@ -374,9 +374,9 @@ def test_a_dead_potentiometer_is_named(at_bench: Open) -> None:
     )
     begin(window)
     window.set_surface("elevator_left", 20.0)
-    window.desk.pass_time(3.0)
+    window.controller.pass_time(3.0)
     window.press(KEY.Key_Space)
-    window.desk.pass_time(1.0)
+    window.controller.pass_time(1.0)
     remarks = window.page.work.remarks
     assert [fault.kind for fault in window.view.faults] == ["dead"]
     assert any("stayed" in one.sentence and one.state == "warning" for one in remarks.shown)
@@ -393,15 +393,15 @@ def test_volts_that_stop_are_not_left_standing(
     monkeypatch.setattr(
         "ui.preflight.wizard_controller.DISPLAY", replace(DISPLAY, no_volts_time=-1.0)
     )
-    window.desk.refreshed.emit()
+    window.controller.refreshed.emit()
     cue = window.page.work.prompt_view.prompt
     assert (cue.state, cue.state_text) == ("warning", "No signal")
     assert not cue.value_text
     assert not cue.volts_text
     assert window.page.work.motion_view.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
-    window.desk.session.feed.is_up_to_date = False
-    window.desk.refreshed.emit()
+    window.controller.session.feed.is_up_to_date = False
+    window.controller.refreshed.emit()
     cue = window.page.work.prompt_view.prompt
     assert (cue.state, cue.state_text) == ("unknown", "Catching up")
 
@@ -446,12 +446,12 @@ def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
 def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:
     """Its volts would make a certificate of today, and those of practice one that counts."""
     window = at_bench("elevator_left")
-    window.desk.session.replay_feed = object()
-    window.desk.changed.emit()
+    window.controller.session.replay_feed = object()
+    window.controller.changed.emit()
     assert "This is a replay" in window.page.start.message.text()
     begin(window)
     window.set_surface("elevator_left", 20.0)
-    window.desk.pass_time(3.0)
+    window.controller.pass_time(3.0)
     window.press(KEY.Key_Space)
     assert window.view.phase == "begin"  # still waits for the first volts
 
@@ -501,7 +501,7 @@ def test_the_surfaces_at_the_end_are_those_of_now(
     begin(window)
     window.press(KEY.Key_Escape)
     window.press(KEY.Key_Return)
-    window.desk.pass_time(1.0)
+    window.controller.pass_time(1.0)
     assert window.page.summary.isVisible()
     shown: list[int] = []
     monkeypatch.setattr(
@@ -511,9 +511,9 @@ def test_the_surfaces_at_the_end_are_those_of_now(
         "ui.preflight.wizard_page.list_combined_deflections",
         lambda history, _units: [history] if history else [],
     )
-    window.desk.refreshed.emit()
+    window.controller.refreshed.emit()
     let_no_volts_come(monkeypatch)
-    window.desk.refreshed.emit()
+    window.controller.refreshed.emit()
     assert shown == [1, 0]
 
 
@@ -523,28 +523,28 @@ def test_the_surfaces_at_the_end_are_those_of_now(
 def test_the_others_are_led_through_with_a_picture_for_each(at_bench: Open) -> None:
     window = at_bench("p", "ax", "ay", "an", "dynamic_pressure", "static_pressure")
     begin(window, KEY.Key_G)
-    bench, desk = window.bench, window.desk
+    bench, controller = window.bench, window.controller
     figure = window.page.work.motion_view
     assert window.view.phase == "gyro_still"
-    desk.pass_time(7.0)
+    controller.pass_time(7.0)
     assert window.view.phase == "gyro_turn"
     assert (figure.figure.kind, figure.figure.axis) == ("turn", "p")
     while window.view.phase == "gyro_turn":
         window.press(KEY.Key_PageDown)
-    desk.pass_time(4.0)
+    controller.pass_time(4.0)
     seen = []
     while window.view.phase == "accel_position":
         seen.append(figure.figure.position)
-        desk.pass_time(bench.move_to_position(window.view.position) + 5.0)
+        controller.pass_time(bench.move_to_position(window.view.position) + 5.0)
     assert seen == ["z_down", "z_up", "x_up", "x_down", "y_up", "y_down"]
     until_phase(window, "pressure_zero")
     assert figure.figure.kind == "cover"
     bench.cover()
     window.press(KEY.Key_Space)
-    desk.pass_time(6.0)
+    controller.pass_time(6.0)
     assert window.view.phase == "pressure_blow"
     assert figure.figure.kind == "blow"
-    desk.pass_time(bench.blow() + 4.0)  # goes green by itself
+    controller.pass_time(bench.blow() + 4.0)  # goes green by itself
     until_phase(window, "done")
     assert {"p", "ax", "ay", "an", "dynamic_pressure"} <= set(window.view.certificates)
 
@@ -555,7 +555,7 @@ def until_phase(window: BenchWindow, phase: str) -> None:
             return
         if window.view.phase == "fit" and window.view.problems:
             window.press(KEY.Key_Space)
-        window.desk.pass_time(1.0)
+        window.controller.pass_time(1.0)
     raise AssertionError(f"{window.view.phase}: {window.view.prompt} {window.view.problems}")
 
 
@@ -605,13 +605,16 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     )
     window = open_window(tmp_path)
     activate(qtbot, window)
-    desk = window.flight_controller
+    controller = window.flight_controller
 
     def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
         qtbot.keyClick(QApplication.focusWidget() or window, key, modifier)
 
     def calibrated() -> bool:
-        return desk.session is not None and "elevator_left" in desk.session.metadata.certificates
+        return (
+            controller.session is not None
+            and "elevator_left" in controller.session.metadata.certificates
+        )
 
     try:
         qtbot.keyClick(window, KEY.Key_F1)
@@ -622,7 +625,7 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
         page = window.findChild(WizardPage)
         page.practice.speed = 3.0
         press(KEY.Key_P)
-        until(qtbot, lambda: page.practice.running and desk.time is not None, 30_000)
+        until(qtbot, lambda: page.practice.running and controller.time is not None, 30_000)
         until(qtbot, page.hasFocus)
         press(KEY.Key_Space)
         until(qtbot, lambda: page.run is not None and page.run.view.phase == "sign", 20_000)
@@ -631,12 +634,12 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
         assert calibrated()
         press(KEY.Key_X)
         press(KEY.Key_Return)
-        folder = desk.session.path
+        folder = controller.session.path
         assert not (folder / "calibration" / "elevator_left.toml").exists()
         assert (folder / "calibration" / "throttle.toml").exists()
         # The open flight is read anew, live, as soon as one looks elsewhere.
         press(KEY.Key_F2)
-        until(qtbot, lambda: desk.session is not None and not calibrated(), 20_000)
+        until(qtbot, lambda: controller.session is not None and not calibrated(), 20_000)
         # Practice never counts for an aircraft.
         assert window.store.current.calibration == "b777"
         assert find_recorders()

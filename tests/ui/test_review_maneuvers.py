@@ -370,19 +370,19 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
 
 @settings(max_examples=100, deadline=None)
 @given(
-    deeds=st.lists(
+    actions=st.lists(
         st.tuples(st.sampled_from(["zoom", "pan", "show", "bring"]), st.floats(-30.0, 130.0)),
         max_size=12,
     )
 )
-def test_the_view_never_leaves_the_flight(deeds):
+def test_the_view_never_leaves_the_flight(actions):
     view = VisibleTimeRange(10.0, 110.0)
-    for deed, size in deeds:
-        if deed == "zoom":
+    for action, size in actions:
+        if action == "zoom":
             view.zoom(0.5 + abs(size) / 50.0, size)
-        elif deed == "pan":
+        elif action == "pan":
             view.pan(size)
-        elif deed == "show":
+        elif action == "show":
             view.show(size, size + 7.0)
         else:
             low = min(max(size, 10.0), 104.0)

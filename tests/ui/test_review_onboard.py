@@ -136,7 +136,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     # So slow that there is time to stop it.
     served = subprocess.Popen([*command, "2"])
     card = folder.info_file.read_bytes()
-    desk = window.review_page.onboard
+    controller = window.review_page.onboard
 
     def answer(dialog) -> None:
         dialog.origin.setFocus()
@@ -156,14 +156,14 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         press(window, KEYS, answer)
         qtbot.waitUntil(coming, timeout=60_000)
         window.commands.actions["review_onboard_stop"].trigger()
-        qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
+        qtbot.waitUntil(lambda: not controller.work.running, timeout=40_000)
         assert any("stopped" in words for words in banners(window))
         left = missing()
         assert 0 < left < log.stat().st_size
         press(window, KEYS, answer)
         qtbot.waitUntil(lambda: note.exists() and missing() < left, timeout=60_000)
-        os.kill(desk.work._job_runner.pid, KILL)
-        qtbot.waitUntil(lambda: not desk.work.running, timeout=40_000)
+        os.kill(controller.work._job_runner.pid, KILL)
+        qtbot.waitUntil(lambda: not controller.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(
             lambda: any("received part of the log is kept" in words for words in banners(window))

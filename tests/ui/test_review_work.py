@@ -42,7 +42,7 @@ class Slow:
 
 
 @pytest.fixture
-def desk(qtbot: QtBot) -> SimpleNamespace:
+def controller(qtbot: QtBot) -> SimpleNamespace:
     engine, errors = Slow(), []
     work = JobQueue(engine, errors.append)
     ended: list[tuple[str, str]] = []
@@ -50,44 +50,46 @@ def desk(qtbot: QtBot) -> SimpleNamespace:
     return SimpleNamespace(engine=engine, work=work, errors=errors, ended=ended, results=[])
 
 
-def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(desk, qtbot):
+def test_jobs_are_done_in_order_and_one_asked_for_twice_only_once(controller, qtbot):
     for number in (1, 2, 1, 2):
-        desk.work.submit(job(number), desk.results.append)
-    assert desk.work.title == "Repeating run 1"
-    desk.engine.go.set()
-    qtbot.waitUntil(lambda: not desk.work.running)
-    assert desk.engine.done == [1, 2]
-    assert desk.results == [1, 1, 2, 2]
-    assert desk.ended == [("Repeating run 1", "done"), ("Repeating run 2", "done")]
+        controller.work.submit(job(number), controller.results.append)
+    assert controller.work.title == "Repeating run 1"
+    controller.engine.go.set()
+    qtbot.waitUntil(lambda: not controller.work.running)
+    assert controller.engine.done == [1, 2]
+    assert controller.results == [1, 1, 2, 2]
+    assert controller.ended == [("Repeating run 1", "done"), ("Repeating run 2", "done")]
 
 
-def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(desk, qtbot):
+def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(controller, qtbot):
     why: list[BaseException] = []
     for number in (1, 2):
-        desk.work.submit(job(number), desk.results.append, failed=why.append)
-    desk.work.cancel()
-    qtbot.waitUntil(lambda: not desk.work.running)
+        controller.work.submit(job(number), controller.results.append, failed=why.append)
+    controller.work.cancel()
+    qtbot.waitUntil(lambda: not controller.work.running)
     assert [type(one) for one in why] == [JobCanceledError, JobCanceledError]
-    assert (desk.engine.done, desk.results, desk.errors) == ([], [], [])
-    desk.engine.go.set()
-    desk.work.submit(job(3), desk.results.append)
-    qtbot.waitUntil(lambda: desk.results == [3])
+    assert (controller.engine.done, controller.results, controller.errors) == ([], [], [])
+    controller.engine.go.set()
+    controller.work.submit(job(3), controller.results.append)
+    qtbot.waitUntil(lambda: controller.results == [3])
 
 
-def test_an_error_is_told_and_the_next_job_goes_on(desk: SimpleNamespace, qtbot: QtBot) -> None:
+def test_an_error_is_told_and_the_next_job_goes_on(
+    controller: SimpleNamespace, qtbot: QtBot
+) -> None:
     why: list[BaseException] = []
-    desk.engine.go.set()
-    desk.work.submit(job(13), desk.results.append, failed=why.append)
-    desk.work.submit(job(4), desk.results.append)
-    qtbot.waitUntil(lambda: desk.results == [4])
-    assert ["run 13" in str(one) for one in desk.errors] == [True]
-    assert why == desk.errors
+    controller.engine.go.set()
+    controller.work.submit(job(13), controller.results.append, failed=why.append)
+    controller.work.submit(job(4), controller.results.append)
+    qtbot.waitUntil(lambda: controller.results == [4])
+    assert ["run 13" in str(one) for one in controller.errors] == [True]
+    assert why == controller.errors
 
 
-def test_nobody_is_told_once_the_window_closed(desk: SimpleNamespace, qtbot: QtBot) -> None:
+def test_nobody_is_told_once_the_window_closed(controller: SimpleNamespace, qtbot: QtBot) -> None:
     why: list[BaseException] = []
-    desk.work.submit(job(1), desk.results.append, failed=why.append)
-    desk.work.submit(job(2), desk.results.append, failed=why.append)
-    desk.work.close()
-    qtbot.waitUntil(lambda: not desk.work.running)
-    assert (desk.results, why) == ([], [])
+    controller.work.submit(job(1), controller.results.append, failed=why.append)
+    controller.work.submit(job(2), controller.results.append, failed=why.append)
+    controller.work.close()
+    qtbot.waitUntil(lambda: not controller.work.running)
+    assert (controller.results, why) == ([], [])

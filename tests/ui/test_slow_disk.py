@@ -289,37 +289,39 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
     make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk, mode: str
 ) -> None:
     window, folder, port = make(), disk.place / "flight", free_port()
-    desk = window.flight_controller
+    controller = window.flight_controller
     with Aircraft(port):
         connect(window, port, folder)
-        until(qtbot, lambda: (desk.time or 0.0) > 3.0, 20_000)
+        until(qtbot, lambda: (controller.time or 0.0) > 3.0, 20_000)
         if mode == "replay":
-            desk.recorders.stop_recording_and_wait()
-            desk.close_flight()
-            desk.flight_opener.open_flight(folder)
-            until(qtbot, lambda: desk.is_loaded)
+            controller.recorders.stop_recording_and_wait()
+            controller.close_flight()
+            controller.flight_opener.open_flight(folder)
+            until(qtbot, lambda: controller.is_loaded)
         qtbot.wait(1000)
         disk.stop()
-        gap = longest_gap(qtbot, lambda: desk.mark(1.0, "stuck"), 3000)
+        gap = longest_gap(qtbot, lambda: controller.mark(1.0, "stuck"), 3000)
         assert gap < _LONGEST
         # Nobody has to wait to see the mark, and the window says why nothing moves.
-        assert [mark.text for mark in desk.session.marks] == ["stuck"]
+        assert [mark.text for mark in controller.session.marks] == ["stuck"]
         assert any("does not respond" in text for text in window.banners.texts())
-        before = desk.time
+        before = controller.time
         if mode == "live":
-            assert desk.session.equipment.disk.severity is Severity.WARNING
-            assert desk.session.equipment.link.state == "not read"
+            assert controller.session.equipment.disk.severity is Severity.WARNING
+            assert controller.session.equipment.link.state == "not read"
         disk.go_on()
         until(qtbot, lambda: not any("does not respond" in t for t in window.banners.texts()))
         if mode == "live":
-            until(qtbot, lambda: desk.time > before + 3.0 and desk.session.feed.caught_up)
-            until(qtbot, lambda: desk.session.equipment.disk.severity is Severity.NORMAL)
-            until(qtbot, lambda: desk.session.equipment.link.state == "ok")
+            until(
+                qtbot, lambda: controller.time > before + 3.0 and controller.session.feed.caught_up
+            )
+            until(qtbot, lambda: controller.session.equipment.disk.severity is Severity.NORMAL)
+            until(qtbot, lambda: controller.session.equipment.link.state == "ok")
         qtbot.wait(300)
-        assert [mark.text for mark in desk.session.marks] == ["stuck"]
+        assert [mark.text for mark in controller.session.marks] == ["stuck"]
         written = [one for one in read_events(folder / "events.jsonl").events if one.kind == "mark"]
         assert [one.text for one in written] == ["stuck"]
-        desk.recorders.stop_recording_and_wait()
+        controller.recorders.stop_recording_and_wait()
 
 
 def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(

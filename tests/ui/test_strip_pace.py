@@ -69,26 +69,26 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
     monkeypatch.setattr(ui.session_poller.time, "monotonic", lambda: clock[0])
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    desk = window.flight_controller
-    desk.flight_opener.open_flight(write_flight(tmp_path))
-    qtbot.waitUntil(lambda: desk.is_loaded, timeout=10_000)
-    desk.poller._timer.stop()
+    controller = window.flight_controller
+    controller.flight_opener.open_flight(write_flight(tmp_path))
+    qtbot.waitUntil(lambda: controller.is_loaded, timeout=10_000)
+    controller.poller._timer.stop()
     painted = []
-    desk.frame_requested.connect(painted.append)
+    controller.frame_requested.connect(painted.append)
 
     def count_frames(seconds):
         painted.clear()
         for _ in range(round(seconds / 0.003)):
             clock[0] += 0.003
-            desk.poller.tick()
+            controller.poller.tick()
         return len(painted) / seconds
 
     assert count_frames(3.0) == pytest.approx(1.0 / MIN_REPLAY_FRAME_SECONDS, abs=2)
     assert painted == sorted(painted)
-    desk.toggle_play()
+    controller.toggle_play()
     count_frames(0.1)
     assert count_frames(3.0) <= 5
-    desk.seek(7.0)
+    controller.seek(7.0)
     count_frames(0.02)
     assert 7.0 in painted
-    desk.close()
+    controller.close()

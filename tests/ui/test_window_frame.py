@@ -695,18 +695,18 @@ def test_what_was_said_of_a_flight_goes_when_another_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """Also that one could not be opened; what happens on opening the next one stays."""
-    desk, banners = window.flight_controller, window.banners
+    flight_controller, banners = window.flight_controller, window.banners
     garbage = tmp_path / "garbage.tlog"
     garbage.write_bytes(bytes(range(1, 250)) * 40)
-    desk.flight_opener.open_flight(garbage)
+    flight_controller.flight_opener.open_flight(garbage)
     until(qtbot, lambda: any("garbage.tlog" in text for text in banners.texts()))
     assert not any("Garbage" in text for text in banners.texts())
-    desk.flight_opener.open_flight(tmp_path / "absent.tlog")
+    flight_controller.flight_opener.open_flight(tmp_path / "absent.tlog")
     until(qtbot, lambda: any("absent.tlog" in text for text in banners.texts()))
     assert len(banners.texts()) == 2
     window.error_reporter.report(GroundStationError("the card of the flight cannot be read"))
-    desk.flight_opener.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: desk.name == "small")
+    flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: flight_controller.name == "small")
     assert banners.texts() == ("the card of the flight cannot be read",)
 
 

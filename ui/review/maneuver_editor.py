@@ -1,4 +1,4 @@
-"""What is done to maneuvers on the first page of the review; each deed can be taken back."""
+"""What is done to maneuvers on the first page of the review; each change can be undone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ManeuverEditor(QObject):
 
     changed = Signal()
     message_changed = Signal(str, str)
-    """What came of the last deed, and its state; empty for nothing worth saying."""
+    """What came of the last change, and its state; empty for nothing worth saying."""
 
     def __init__(
         self,
@@ -122,7 +122,7 @@ class ManeuverEditor(QObject):
         self._edit(lambda flight: flight.add(start, stop))
 
     def _target_ids(self, ids: Sequence[str]) -> tuple[str, ...]:
-        """Return the ids within the flight on screen that a deed is meant for.
+        """Return the ids within the flight on screen that a change is meant for.
 
         Those picked in the table, if the chosen maneuver is one of them; else that one alone.
         """

@@ -45,8 +45,8 @@ class SignalHistory:
         if self._count + count > self._times.size:
             kept = min(self._count, self._kept)
             start = self._count - kept
-            room = max(4 * self._kept, kept + 2 * count)
-            times, values = np.empty(room), np.empty((room, self._width))
+            size = max(4 * self._kept, kept + 2 * count)
+            times, values = np.empty(size), np.empty((size, self._width))
             times[:kept] = self._times[start : self._count]
             values[:kept] = self._values[start : self._count]
             self._times, self._values, self._count = times, values, kept

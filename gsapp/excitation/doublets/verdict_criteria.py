@@ -192,10 +192,10 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
         TrimDeviation(
             quantity=quantity,
             amount=trim[name] - wanted,
-            tolerance_ratio=abs(trim[name] - wanted) / (factor * room),
+            tolerance_ratio=abs(trim[name] - wanted) / (factor * tolerance),
             channel=told,
         )
-        for name, quantity, told, room, wanted in checks
+        for name, quantity, told, tolerance, wanted in checks
         if name in trim
     ]
     return [

@@ -36,7 +36,7 @@ class _Limit:
     """The most that a signal may deviate from trim, and why, in words."""
 
     signal: str
-    room: float
+    margin: float
     words: str
 
 
@@ -116,17 +116,17 @@ def _limits(aircraft: Aircraft, motions: PerturbationModels) -> list[_Limit]:
     found = [
         _Limit(
             signal="alpha at the CG",
-            room=_margin(alpha, limits.alpha_linear),
+            margin=_margin(alpha, limits.alpha_linear),
             words="larger, alpha leaves its linear range",
         ),
         _Limit(
             signal="beta at the CG",
-            room=limits.beta_linear,
+            margin=limits.beta_linear,
             words="larger, beta leaves its linear range",
         ),
         _Limit(
             signal="an",
-            room=_margin(GRAVITY, limits.load_factor),
+            margin=_margin(GRAVITY, limits.load_factor),
             words="larger, the load factor reaches its limit",
         ),
     ]
@@ -136,7 +136,7 @@ def _limits(aircraft: Aircraft, motions: PerturbationModels) -> list[_Limit]:
         found.append(
             _Limit(
                 signal=channel,
-                room=_margin(resting.get(channel, 0.0), used),
+                margin=_margin(resting.get(channel, 0.0), used),
                 words=f"larger, {_channel_text(channel)} comes near the end of its sensor's range",
             )
         )
@@ -154,7 +154,7 @@ def _limit_amplitudes(
     found = []
     for limit in limits:
         peak = max(_peak(answer, limit.signal) for answer in answers)
-        found.append((limit.room / peak if peak > 0.0 else math.inf, limit.words))
+        found.append((limit.margin / peak if peak > 0.0 else math.inf, limit.words))
     return found
 
 
@@ -186,8 +186,8 @@ def _combined_input_factor(
                 (sign * line for sign, line in zip(signs, lines[1:], strict=True)), lines[0]
             )
             peak = float(np.max(np.abs(total)))
-            if peak > 0.0 and limit.room / peak < share:
-                share, words = limit.room / peak, f"{limit.words} when they move together"
+            if peak > 0.0 and limit.margin / peak < share:
+                share, words = limit.margin / peak, f"{limit.words} when they move together"
     return share, words
 
 

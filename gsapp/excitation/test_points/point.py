@@ -312,7 +312,7 @@ def create_point_at(
     """
     if speed is None and alpha is None:
         raise TestPointError("a test point needs a speed or an angle of attack; write one of them")
-    room = tolerance or Tolerance()
+    tolerance = tolerance or Tolerance()
     remarks: tuple[str, ...] = ()
     level = None
     if curve is None or curve.speed_range is None:
@@ -331,7 +331,7 @@ def create_point_at(
         level = curve.level_flight_at(aimed)
         if level is None:
             raise TestPointError(_no_such_speed(aimed, curve, system))
-        if alpha is not None and abs(alpha - level.alpha) > room.alpha:
+        if alpha is not None and abs(alpha - level.alpha) > tolerance.alpha:
             told = _format_value(level.alpha, "alpha", system)
             raise TestPointError(
                 f"at {_format_value(aimed, 'V', system)} it flies level at alpha {told}, not "
@@ -344,8 +344,8 @@ def create_point_at(
         card=card,
         speed=speed,
         alpha=alpha,
-        speed_tolerance=room.speed,
-        alpha_tolerance=room.alpha,
+        speed_tolerance=tolerance.speed,
+        alpha_tolerance=tolerance.alpha,
         height=height,
         flap=flap,
         throttle=None if level is None else level.throttle,

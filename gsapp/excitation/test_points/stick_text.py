@@ -130,5 +130,5 @@ def format_width_change(width: float, wanted: float) -> str:
     return f"{'quicker' if width > wanted else 'hold longer'}: {way}"
 
 
-def _outside(share: float, room: tuple[float, float]) -> float:
-    return max(room[0] - share, share - room[1], 0.0)
+def _outside(share: float, limits: tuple[float, float]) -> float:
+    return max(limits[0] - share, share - limits[1], 0.0)

@@ -98,8 +98,8 @@ def select_target_input(
         source = "card"
         for name, asked in card.amplitudes.items():
             if name in surfaces:
-                room = amplitudes.get(name) if motions is not None else None
-                amplitudes[name] = _card_amplitude(asked, card.tolerance.amplitude, room)
+                limit = amplitudes.get(name) if motions is not None else None
+                amplitudes[name] = _card_amplitude(asked, card.tolerance.amplitude, limit)
     return TargetInput(
         surfaces=tuple(surfaces),
         kind=kind,
@@ -208,7 +208,7 @@ def _card_width(card: TestCard) -> ToleranceBand:
     )
 
 
-def _card_amplitude(asked: float, share: float, room: ToleranceBand | None) -> ToleranceBand:
+def _card_amplitude(asked: float, share: float, limit: ToleranceBand | None) -> ToleranceBand:
     """Return the card's amplitude within what the model and the sensors allow."""
     words = f"the card asks for it within {100.0 * share:.0f} %"
     band = ToleranceBand(
@@ -218,12 +218,12 @@ def _card_amplitude(asked: float, share: float, room: ToleranceBand | None) -> T
         why_low=words,
         why_high=words,
     )
-    if room is None:
+    if limit is None:
         return band
-    if band.low >= room.high:
-        return replace(room, why_high=f"{room.why_high}; the card requests more")
-    if room.high < band.high:
-        band = replace(band, best=min(asked, room.high), high=room.high, why_high=room.why_high)
-    if room.low > band.low:
-        band = replace(band, low=min(room.low, band.best), why_low=room.why_low)
+    if band.low >= limit.high:
+        return replace(limit, why_high=f"{limit.why_high}; the card requests more")
+    if limit.high < band.high:
+        band = replace(band, best=min(asked, limit.high), high=limit.high, why_high=limit.why_high)
+    if limit.low > band.low:
+        band = replace(band, low=min(limit.low, band.best), why_low=limit.why_low)
     return band

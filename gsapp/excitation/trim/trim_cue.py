@@ -212,8 +212,10 @@ def evaluate_trim(
 
     unseen = tolerances.bank_unmeasured
     doubt = 2.0 * max(motion.bank_std - TRIM.well_known_bank, 0.0)
-    room = tolerances.bank if attitude else max(unseen - doubt, TRIM.min_bank_share * unseen)
-    add("bank", motion.bank, room, "phi" if attitude else "r")
+    bank_tolerance = (
+        tolerances.bank if attitude else max(unseen - doubt, TRIM.min_bank_share * unseen)
+    )
+    add("bank", motion.bank, bank_tolerance, "phi" if attitude else "r")
     add("roll rate", motion.roll_rate, tolerances.roll_rate, "p")
     add("pitch rate", motion.pitch_rate, tolerances.pitch_rate, "q")
     add("yaw rate", motion.yaw_rate, tolerances.yaw_rate, "r")

@@ -387,13 +387,13 @@ def _deviation_text(name: str, share: float, card: TestCard) -> str:
     """Return by how much a card was missed: ``7.0 ft/s too fast, 5.0 ft/s allowed``."""
     allowed = card.tolerance
     if name == "speed":
-        room, unit, sides = from_si(allowed.speed, "ft/s", "speed"), "ft/s", ("slow", "fast")
+        limit, unit, sides = from_si(allowed.speed, "ft/s", "speed"), "ft/s", ("slow", "fast")
     elif name == "alpha":
-        room, unit, sides = from_si(allowed.alpha, "deg", "angle"), "deg", ("small", "large")
+        limit, unit, sides = from_si(allowed.alpha, "deg", "angle"), "deg", ("small", "large")
     elif name == "width":
-        room, unit, sides = 100.0 * allowed.width, "%", ("short", "long")
+        limit, unit, sides = 100.0 * allowed.width, "%", ("short", "long")
     else:
-        room, unit, sides = 100.0 * allowed.amplitude, "%", ("small", "large")
+        limit, unit, sides = 100.0 * allowed.amplitude, "%", ("small", "large")
     digits = 0 if unit == "%" else 1
-    missed = f"{abs(share) * room:.{digits}f} {unit} too {sides[share > 0.0]}"
-    return f"{name} {missed}, {room:.{digits}f} {unit} allowed"
+    missed = f"{abs(share) * limit:.{digits}f} {unit} too {sides[share > 0.0]}"
+    return f"{name} {missed}, {limit:.{digits}f} {unit} allowed"

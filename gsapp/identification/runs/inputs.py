@@ -334,7 +334,7 @@ def selected_maneuvers(
 
 def _all_flight_maneuvers(
     request: RunRequest,
-    shelf: FlightCache,
+    flight_cache: FlightCache,
     doing: StatusCallback | None,
 ) -> tuple[FlightSelection, ...]:
     """Return all maneuvers that stand in the flights, or those of the windows given."""
@@ -344,12 +344,12 @@ def _all_flight_maneuvers(
         named = tuple(
             f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
         )
-        surveyed = shelf.detected_maneuvers(
+        surveyed = flight_cache.detected_maneuvers(
             opening, windows=named, as_found=request.as_found, doing=doing
         )
         every = request.every_grade or bool(named)
         prefix = _prefix(request, number)
-        opened = shelf.open(opening).opened
+        opened = flight_cache.open(opening).opened
         own = cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=every)
         ids = {one.id.removeprefix(prefix) for one in own.maneuvers}
         flown.append(
@@ -366,7 +366,7 @@ def _all_flight_maneuvers(
 
 def _requested_maneuvers(
     request: RunRequest,
-    shelf: FlightCache,
+    flight_cache: FlightCache,
     doing: StatusCallback | None,
 ) -> tuple[FlightSelection, ...]:
     """Return the maneuvers that were named, with exactly their edges."""
@@ -378,7 +378,7 @@ def _requested_maneuvers(
         )
     flown = []
     for number, opening in enumerate(flight_open_requests(request), start=1):
-        opened = shelf.open(opening, doing=doing).opened
+        opened = flight_cache.open(opening, doing=doing).opened
         named = [own for own in request.maneuvers if own.flight == request.flights[number - 1]]
         cut = tuple(
             opened.cut(
@@ -392,7 +392,7 @@ def _requested_maneuvers(
             if own.found is not None and _is_same_maneuver(own.found, own)
         )
         if len(found) < len(named):
-            surveyed = shelf.detected_maneuvers(opening, latest=False, doing=doing)
+            surveyed = flight_cache.detected_maneuvers(opening, latest=False, doing=doing)
             found = tuple(_detected_maneuver(own, surveyed, opened) for own in named)
         flown.append(FlightSelection(detected=found, cut=cut, stored=found, remarks=opened.remarks))
     return tuple(flown)

@@ -108,14 +108,14 @@ def execute_run(
     CanceledError
         If `progress` returned False.
     """
-    shelf = FlightCache() if flights is None else flights
+    flight_cache = FlightCache() if flights is None else flights
     request = with_absolute_paths(request)
     model = request.known_model
     if model is None and request.model:
         model = load_model(request.model)
     file = weights_file(request)
-    flown = select_maneuvers(request, shelf, doing=doing)
-    shelved = [shelf.open(opening) for opening in flight_open_requests(request)]
+    flown = select_maneuvers(request, flight_cache, doing=doing)
+    shelved = [flight_cache.open(opening) for opening in flight_open_requests(request)]
     if not any(own.cut for own in flown):
         why = "; ".join(
             f"{one.opened.flight.name}: {own.no_maneuvers_text}"

@@ -56,37 +56,37 @@ def test_edges_inputs_and_order_are_those_asked_for(outcome: RunOutcome) -> None
 def test_flights_stay_open_until_their_files_change(outcome: RunOutcome, tmp_path: Path) -> None:
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
     request = RunRequest(flights=(path,), maneuver_windows=("0:6", "8:14"))
-    shelf, said = FlightCache(), []
+    flight_cache, said = FlightCache(), []
 
     def note(text: str) -> None:
         if path.name in text:
             said.append(text)
 
-    execute_run(request, flights=shelf, doing=note)
+    execute_run(request, flights=flight_cache, doing=note)
     assert len(said) == 2
     assert said[0] == "reading a.csv"
     (opening,) = flight_open_requests(request)
-    opened = shelf.open(opening).opened
-    execute_run(request, flights=shelf, doing=note)
+    opened = flight_cache.open(opening).opened
+    execute_run(request, flights=flight_cache, doing=note)
     assert len(said) == 2
     log = EventLog(events_path(path))
     book = ManeuverEditLog(log, collect_maneuvers(opened.flight, opened.aircraft).maneuvers)
     book.record(book.maneuver_list.annotate("1", "bumpy"))
-    execute_run(request.with_changes(maneuver_windows=()), flights=shelf, doing=note)
+    execute_run(request.with_changes(maneuver_windows=()), flights=flight_cache, doing=note)
     assert said[2:] == ["looking for maneuvers in a.csv"]
-    assert shelf.open(opening).opened is opened
+    assert flight_cache.open(opening).opened is opened
     os.utime(path, ns=(1, 1))
-    execute_run(request, flights=shelf, doing=note)
+    execute_run(request, flights=flight_cache, doing=note)
     assert said[3:] == said[:2]
 
 
 def test_changes_by_hand_count_in_the_next_run(outcome: RunOutcome, tmp_path: Path) -> None:
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
-    shelf = FlightCache()
+    flight_cache = FlightCache()
     request = RunRequest(flights=(path,))
     (opening,) = flight_open_requests(request)
-    opened = shelf.open(opening).opened
-    found = shelf.detected_maneuvers(opening).maneuvers
+    opened = flight_cache.open(opening).opened
+    found = flight_cache.detected_maneuvers(opening).maneuvers
     log = ManeuverEditLog(EventLog(events_path(path)), found)
     name = found[0].id
 
@@ -94,21 +94,23 @@ def test_changes_by_hand_count_in_the_next_run(outcome: RunOutcome, tmp_path: Pa
         return replace(found[0], id=name, t_start=start, t_end=stop)
 
     log.record(log.maneuver_list.move(name, assess, t_end=found[0].t_end - 1.0))
-    used = execute_run(request, flights=shelf).request.maneuvers
+    used = execute_run(request, flights=flight_cache).request.maneuvers
     assert used[0].t_end == pytest.approx(found[0].t_end - 1.0)
-    used = execute_run(request.with_changes(as_found=True), flights=shelf).request.maneuvers
+    used = execute_run(request.with_changes(as_found=True), flights=flight_cache).request.maneuvers
     assert used[0].t_end == found[0].t_end
-    assert shelf.open(opening).opened is opened
+    assert flight_cache.open(opening).opened is opened
 
 
 def test_a_stop_leaves_nothing(outcome: RunOutcome, tmp_path: Path) -> None:
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
     request = RunRequest(flights=(path,), maneuver_windows=("0:6", "8:14"), model="b777")
     before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*")}
-    shelf = FlightCache()
+    flight_cache = FlightCache()
     for stop_at in range(3):
         with pytest.raises(CanceledError):
-            execute_run(request, flights=shelf, progress=lambda done, *_, last=stop_at: done < last)
+            execute_run(
+                request, flights=flight_cache, progress=lambda done, *_, last=stop_at: done < last
+            )
     assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*")} == before
 
 
