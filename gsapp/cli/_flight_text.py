@@ -88,6 +88,21 @@ def print_flight(console: PlainConsole, flight: Flight) -> None:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
 
 
+def print_flights(console: PlainConsole, flights: Sequence[Flight], remarks: Sequence[str]) -> None:
+    """Print a line for each of several flights, and what was lost."""
+    table = console.create_table(title=f"{len(flights)} flights", padding=(0, 1, 0, 0))
+    for heading in ("flight", "s", "Hz", "channels"):
+        table.add_column(heading, justify="right" if heading in ("s", "Hz") else "left")
+    for flight in flights:
+        rate = f"{flight.rate:z.4g}" if math.isfinite(flight.rate) else ""
+        channels = ", ".join(flight.block.channels)
+        table.add_row(flight.name, f"{flight.duration:z.1f}", rate, channels)
+    console.print(table)
+    told = [f"{flight.name}: {words}" for flight in flights for words in flight.remarks]
+    for sentence in (*remarks, *told):
+        console.print_sentence(sentence, "yellow")
+
+
 def _mark(source: ChannelSource) -> str:
     return _UNCALIBRATED if source.uncalibrated_channel else _MARKS.get(source.kind, "")
 

@@ -39,16 +39,27 @@ def import_(
 ) -> None:
     """Make a flight folder from the log of another program.
 
+    A .mat file with a structure or matrix for each of several flights becomes a folder of flight
+    folders.
+
     Example: gsapp import 00000042.BIN --map ardupilot-log --out flights/other
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import print_flight
-    from gsapp.flight.flight_import import import_flight
+    from gsapp.cli._flight_text import print_flight, print_flights
+    from gsapp.flight.flight_import import import_flight, import_flights
     from gsapp.flight.summary import summarize_flight
 
     console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {file.name}"):
-        flight = import_flight(file, out, channel_map=channel_map)
+        several, remarks = import_flights(file, out, channel_map=channel_map)
+        flight = import_flight(file, out, channel_map=channel_map) if not several else several[0]
+    if several:
+        if not is_stdout(json):
+            print_flights(console, several, remarks)
+            console.print(f"written to {out}", soft_wrap=True)
+        flights = [{"flight": str(one.path), **summarize_flight(one)} for one in several]
+        write_json(json, {"flights": flights, "remarks": list(remarks)})
+        return
     if not is_stdout(json):
         print_flight(console, flight)
         console.print(f"written to {out}", soft_wrap=True)

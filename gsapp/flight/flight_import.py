@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from calibration import certificate_paths
-from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.decoding.channel_map import TABLE, ChannelMap, load_channel_map
 from gsapp.flight.atomic_files import atomic_flight_folder, copy_atomically
 from gsapp.flight.events import events_path
 from gsapp.flight.flight import Flight
@@ -15,7 +18,8 @@ from gsapp.flight.flight_loader import default_channel_map, load_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.raw_files import read_tlog
-from gsapp.foundation import FlightError
+from gsapp.flight.readers.tables import MatPart, read_mat_parts
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.foundation.files import list_files
 
 
@@ -31,11 +35,8 @@ def import_flight(
     not at all.
     """
     source, target = Path(file), Path(out)
-    if source.is_dir():
-        raise FlightError(f"{source} is a folder; name the log file that is to be imported")
-    if target.exists() and (not target.is_dir() or list_files(target)):
-        raise FlightError(f"{target} is taken; name a new folder for the flight")
-    chosen = default_channel_map(source) if channel_map is None else load_channel_map(channel_map)
+    _check_places(source, target)
+    chosen = _find_map(source, channel_map)
     # Read it first: what cannot be read is not imported.
     flight = load_flight(source, channel_map=chosen)
     info = FlightInfo(
@@ -46,6 +47,66 @@ def import_flight(
     with atomic_flight_folder(target) as made:
         _write_folder(made, info, source, chosen)
     return replace(flight, name=info.name, path=target, info=FlightFolder.open(target).info())
+
+
+def import_flights(
+    file: Path | str, out: Path | str, *, channel_map: str | Path | None = None
+) -> tuple[tuple[Flight, ...], tuple[str, ...]]:
+    """Make flight folders in the folder `out` of a ``.mat`` file that holds several flights.
+
+    Each has the structure or matrix that is the flight as its on-board log, all its variables
+    included. Also returned is what was left out, in words; no flights where the file does not hold
+    several.
+    """
+    source, target = Path(file), Path(out)
+    _check_places(source, target)
+    chosen = _find_map(source, channel_map)
+    if source.suffix.casefold() != ".mat" or chosen is None or chosen.format != TABLE:
+        return (), ()
+    parts, remarks = read_mat_parts(source, chosen)
+    if not parts:
+        return (), ()
+    skipped: dict[str, str] = {}
+    names = {part.name: re.sub(r"\W+", "_", part.name).strip("_") for part in parts}
+    with atomic_flight_folder(target) as made:
+        for part in parts:
+            try:
+                _write_part(made / names[part.name], source, part, chosen)
+            except GroundStationError as error:
+                skipped[part.name] = f"'{part.name}' was skipped: {error}"
+                shutil.rmtree(made / names[part.name])
+        if len(skipped) == len(parts):
+            raise FlightError(
+                f"{source} holds no flight that can be read; {skipped[parts[0].name]}"
+            )
+    flights = tuple(load_flight(target / names[p.name]) for p in parts if p.name not in skipped)
+    return flights, (*remarks, *skipped.values())
+
+
+def _write_part(folder: Path, source: Path, part: MatPart, channel_map: ChannelMap) -> None:
+    """Write the flight folder of one part, and read it."""
+    from scipy.io import savemat  # a tenth of a second
+
+    info = FlightInfo(
+        name=folder.name, source=f"{source.name}: {part.name}", channel_map=channel_map.name
+    )
+    folder.mkdir()
+    with TemporaryDirectory() as scratch:
+        log = Path(scratch) / f"{folder.name}.mat"
+        savemat(log, part.variables, long_field_names=True, do_compression=True)
+        _write_folder(folder, info, log, channel_map)
+    load_flight(folder)
+
+
+def _check_places(source: Path, target: Path) -> None:
+    if source.is_dir():
+        raise FlightError(f"{source} is a folder; name the log file that is to be imported")
+    if target.exists() and (not target.is_dir() or list_files(target)):
+        raise FlightError(f"{target} is taken; name a new folder for the flight")
+
+
+def _find_map(source: Path, channel_map: str | Path | None) -> ChannelMap | None:
+    return default_channel_map(source) if channel_map is None else load_channel_map(channel_map)
 
 
 def _write_folder(made: Path, info: FlightInfo, source: Path, chosen: ChannelMap | None) -> None:

@@ -8,6 +8,7 @@ from scipy.io import loadmat, savemat
 
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.flight import load_flight
+from gsapp.flight.flight_import import import_flights
 from gsapp.flight.readers.tables import read_mat_columns, read_table
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
@@ -371,3 +372,79 @@ def test_time_counted_in_days_is_no_flight_of_a_million_samples_a_second(tmp_pat
     path.write_text("\n".join((head, *rows)))
     with pytest.raises(FileProblemsError, match=r"1\.2e-07 s"):
         load_flight(path, channel_map=make_map(tmp_path) if mapped else None)
+
+
+def segments(clock):
+    """Return three maneuvers of one flight in structures, one in an array, and what is none."""
+    return {
+        "el_1": {"time": clock, "q": 2 * clock, "extra": clock + 5, "imu": {"V": clock + 1}},
+        "runs": [
+            {"time": clock + 7, "q": 3 * clock, "imu": {"V": clock + 2}},
+            {"time": clock, "q": 4 * clock, "imu": {"V": clock + 3}},
+        ],
+        "setup": {"q": 1.0, "note": "trim"},
+    }
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_several_structures_of_a_mat_are_several_flights(tmp_path, version):
+    """One import and one map; each folder is read by itself and keeps what the map leaves out."""
+    path, clock = tmp_path / "day.mat", np.arange(50) * 0.02
+    write = savemat if version == "5" else write_mat_73
+    write(path, segments(clock))
+    chosen = make_map(tmp_path, q="q", v="imu.V")
+    with pytest.raises(FlightError, match=r"3 flights: el_1, runs\[0\], runs\[1\].*gsapp import"):
+        load_flight(path, channel_map=chosen)
+    flights, remarks = import_flights(path, tmp_path / "day", channel_map=chosen)
+    assert [flight.name for flight in flights] == ["el_1", "runs_0", "runs_1"]
+    for flight, slope in zip(flights, (2, 3, 4), strict=True):
+        again = load_flight(tmp_path / "day" / flight.name)
+        start = again.block.times[0]
+        np.testing.assert_allclose(
+            np.rad2deg(again.block["q"]), slope * (again.block.times - start), atol=1e-9
+        )
+    assert "'setup' was skipped: it has no imu.V" in remarks
+    kept, _ = read_mat_columns(tmp_path / "day" / "el_1" / "el_1.mat")
+    assert np.array_equal(kept["extra"], clock + 5)
+    with pytest.raises(FlightError, match="is taken"):
+        import_flights(path, tmp_path / "day", channel_map=chosen)
+
+
+def test_several_matrices_of_a_mat_are_several_flights(tmp_path):
+    """Where a map names columns by place; a file of one matrix is one flight."""
+    clock = np.arange(50) * 0.02
+    run = np.column_stack([clock, 2 * clock, clock + 1])
+    chosen = make_map(tmp_path, 'time = "column[0]"', q="column[1]", v="column[2]")
+    savemat(tmp_path / "two.mat", {"a": run, "b": run * 2, "gains": np.eye(2), "n": 3.0})
+    flights, remarks = import_flights(tmp_path / "two.mat", tmp_path / "two", channel_map=chosen)
+    assert [flight.name for flight in flights] == ["a", "b"]
+    assert remarks == ()
+    assert flights[1].duration == pytest.approx(2 * 0.98)
+    savemat(tmp_path / "one.mat", {"whatever": run})
+    assert import_flights(tmp_path / "one.mat", tmp_path / "x", channel_map=chosen) == ((), ())
+    flight = load_flight(tmp_path / "one.mat", channel_map=chosen, rate=50)
+    np.testing.assert_allclose(np.rad2deg(flight.block["q"]), 2 * clock)
+
+
+def test_a_part_that_cannot_be_read_is_left_out_and_named(tmp_path):
+    content = segments(np.arange(50) * 0.02)
+    content["runs"][1]["q"] = np.arange(7.0)
+    savemat(tmp_path / "day.mat", content)
+    chosen = make_map(tmp_path, q="q", v="imu.V")
+    flights, remarks = import_flights(tmp_path / "day.mat", tmp_path / "day", channel_map=chosen)
+    assert [flight.name for flight in flights] == ["el_1", "runs_0"]
+    assert any("'runs[1]' was skipped" in each and "shape (7,)" in each for each in remarks)
+    assert sorted(one.name for one in (tmp_path / "day").iterdir()) == ["el_1", "runs_0"]
+    bad = {name: {"time": np.arange(9.0), "q": np.arange(5.0)} for name in ("a", "b")}
+    savemat(tmp_path / "bad.mat", bad)
+    chosen = make_map(tmp_path, q="q", v="q")
+    with pytest.raises(FlightError, match="no flight that can be read"):
+        import_flights(tmp_path / "bad.mat", tmp_path / "bad", channel_map=chosen)
+    assert not (tmp_path / "bad").exists()
+
+
+def test_a_structure_that_lacks_a_column_says_which(tmp_path):
+    path = tmp_path / "day.mat"
+    savemat(path, {"el_1": {"time": np.arange(9.0), "q": np.arange(9.0)}})
+    with pytest.raises(FileProblemsError, match=r"imu\.V: is no column of this file"):
+        load_flight(path, channel_map=make_map(tmp_path, q="q", v="imu.V"))

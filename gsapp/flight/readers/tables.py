@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from gsapp.decoding.channel_map import TABLE, ChannelMap
 from gsapp.flight.readers.columns import check_spacing
 from gsapp.flight.readers.delimited_table import (
     DelimitedTable,
+    column_name,
     read_delimited_table,
     single_problem,
 )
@@ -32,7 +34,11 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
     By variable, shape (n,) or (n, k), rows for time; a member of a structure is ``gyro.q``, one of
     the second in an array of structures ``gyro[1].q``.
     """
-    file = Path(path)
+    return _flatten(_read_mat(Path(path)))
+
+
+def _read_mat(file: Path) -> dict[str, Any]:
+    """Return what a ``.mat`` file of any version holds, structures as dicts."""
     try:
         with file.open("rb") as stream:
             head = stream.read(_HDF5_AT + len(_HDF5))
@@ -41,11 +47,14 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
     if head.startswith((b"MATLAB 7.3", _HDF5)) or head[_HDF5_AT:] == _HDF5:
-        content = read_mat_hdf5(file)
-    elif head.startswith(b"MATLAB 5.0"):
-        content = _load_mat_5(file)
-    else:
+        return read_mat_hdf5(file)
+    if not head.startswith(b"MATLAB 5.0"):
         raise FlightError(f"{file} is not a MATLAB .mat file of version 5 to 7; name another file")
+    return _load_mat_5(file)
+
+
+def _flatten(content: dict[str, Any]) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    """Return the arrays of numbers by their full names, and the texts of a structure ``units``."""
     columns: dict[str, FloatArray] = {}
     stated = content.pop("units", None)
     units = (
@@ -54,7 +63,7 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
         if isinstance(stated, Mapping)
         else {}
     )
-    _collect("", {k: v for k, v in content.items() if not k.startswith("__")}, columns)
+    _collect("", content, columns)
     return columns, units
 
 
@@ -69,7 +78,7 @@ def _load_mat_5(file: Path) -> dict[str, Any]:
             f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
             "save('file.mat', '-v7')"
         ) from error
-    return content
+    return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
 def _is_empty(value: Any) -> bool:
@@ -131,6 +140,9 @@ def _first_line(error: Any) -> str:
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]()]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
 _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
+_COLUMN = re.compile(r"column\[(?P<index>\d+)\]")
+"""What `column_name` gives."""
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
 def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
@@ -140,8 +152,8 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
     ``("table", name)`` for a channel whose entry names its own.
     """
     file = Path(path)
-    names, fetch, remarks = _open_table(file)
     wanted = _requested_columns(channel_map)
+    names, fetch, remarks = _open_table(file, channel_map)
     clocks: dict[str, tuple[str, str]] = {}
     mistakes: list[FileProblem] = []
     for key, fields in wanted.items():
@@ -199,13 +211,104 @@ def _size_problem(name: str, shape: tuple[int, ...], expected: str, size: int) -
 Fetch = Callable[[Sequence[str]], Mapping[str, FloatArray]]
 
 
-def _open_table(file: Path) -> tuple[tuple[str, ...], Fetch, list[str]]:
+def _open_table(file: Path, channel_map: ChannelMap) -> tuple[tuple[str, ...], Fetch, list[str]]:
     ending = file.suffix.casefold()
     if ending in (".mat", ".parquet"):
-        columns, _ = read_mat_columns(file) if ending == ".mat" else read_parquet_columns(file)
-        return tuple(columns), lambda names: {name: columns[name] for name in names}, []
+        if ending == ".mat":
+            columns, remarks = _only_part(file, channel_map)
+        else:
+            columns, remarks = read_parquet_columns(file)[0], []
+        return tuple(columns), lambda names: {name: columns[name] for name in names}, remarks
     table = read_delimited_table(file)
     return table.names, lambda names: _numbers(table, names), list(table.remarks)
+
+
+def _only_part(file: Path, channel_map: ChannelMap) -> tuple[dict[str, FloatArray], list[str]]:
+    """Return the columns of a ``.mat`` file that holds one flight."""
+    columns = _flatten(_read_mat(file))[0]
+    parts, lacking = _find_parts(columns, channel_map)
+    if len(parts) > 1:
+        raise FlightError(
+            f"{file} holds {len(parts)} flights: {format_names(list(parts), 12)}; make a flight "
+            "folder of each with 'gsapp import'"
+        )
+    return (_strip(columns, parts[0]), lacking) if parts else (columns, [])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatPart:
+    """One of several flights in a ``.mat`` file: a structure, or a matrix of numbers."""
+
+    name: str
+    """As the file calls it: ``ail_1``, or ``runs[2]`` of an array of structures."""
+    variables: dict[str, Any]
+    """Its members; of a matrix, itself."""
+
+
+def read_mat_parts(
+    path: Path | str, channel_map: ChannelMap
+) -> tuple[tuple[MatPart, ...], tuple[str, ...]]:
+    """Return the flights in a ``.mat`` file that holds several, and remarks; else nothing.
+
+    Each structure that has all members that the map names is a flight, and each matrix with as
+    many columns where it names ``column[0]`` and so on.
+    """
+    content = _read_mat(Path(path))
+    columns = _flatten(content)[0]
+    names, remarks = _find_parts(columns, channel_map)
+    if len(names) < 2:
+        return (), ()
+    parts = []
+    for name in names:
+        found: Any = content
+        for key, index in _STEP.findall(name):
+            found = found[int(index)] if index else found[key]
+        variables = found if isinstance(found, dict) else {name.rpartition(".")[2]: found}
+        parts.append(MatPart(name=name, variables=variables))
+    return tuple(parts), tuple(remarks)
+
+
+def _find_parts(
+    columns: Mapping[str, FloatArray], channel_map: ChannelMap
+) -> tuple[tuple[str, ...], list[str]]:
+    """Return the full names of the parts that hold all that a map names, and who lacks what.
+
+    Nothing where the file itself holds some of it.
+    """
+    fields = [name for each in _requested_columns(channel_map).values() for name in each]
+    stated = (channel_map.table_time, *(entry.time for entry in channel_map.entries))
+    wanted = dict.fromkeys([*fields, *(name for name in stated if name)])
+    places = [_COLUMN.fullmatch(name) for name in wanted]
+    if all(places):
+        width = 1 + max(int(match["index"]) for match in places if match is not None)
+        return tuple(
+            name for name, array in columns.items() if array.ndim == 2 and array.shape[1] >= width
+        ), []
+    members = {_column(tuple(columns), name) for name in wanted}
+    if members & columns.keys():
+        return (), []
+    held: dict[str, set[str]] = {}
+    for name in columns:
+        for member in members:
+            if name.endswith(f".{member}"):
+                held.setdefault(name[: -len(member) - 1], set()).add(member)
+    most = max(map(len, held.values()), default=0)
+    lacking = [
+        f"'{part}' was skipped: it has no {format_names(sorted(members - found), 5)}"
+        for part, found in held.items()
+        if len(found) < most
+    ]
+    # Where no part has all, the best is read, to say of it what it lacks.
+    return tuple(part for part, found in held.items() if len(found) == most), lacking
+
+
+def _strip(columns: Mapping[str, FloatArray], part: str) -> dict[str, FloatArray]:
+    """Return the columns of a part by the names that the map uses."""
+    if part in columns:
+        matrix = columns[part]
+        return {column_name(index): matrix[:, index] for index in range(matrix.shape[1])}
+    start = f"{part}."
+    return {name[len(start) :]: one for name, one in columns.items() if name.startswith(start)}
 
 
 def _numbers(table: DelimitedTable, names: Sequence[str]) -> dict[str, FloatArray]:
