@@ -72,11 +72,25 @@ def export(
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     units: FileUnits = "us",
+    native: Annotated[
+        bool, typer.Option("--native", help="Every sample at its own time, none resampled")
+    ] = False,
+    raw: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FIELD", help="Also this field of the record: ATT.DesRoll, NKF1.*; repeat"
+        ),
+    ] = None,
     json: JsonFile = None,
     channel_map: str | None = None,
     calibration: str | None = None,
 ) -> None:
     """Write a flight for other programs.
+
+    With --native a row is written for each time at which any channel has a sample; cells of the
+    others are empty.
+
+    Example: gsapp export flights/2026-05-12-a --to csv --native --raw "NKF1.*" --out raw.csv
 
     Example: gsapp export flights/2026-05-12-a --to mat --out flight.mat
     """
@@ -97,7 +111,13 @@ def export(
     ColumnUnits.from_channels((), units)
     console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {flight.name}"):
-        loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
+        loaded = load_flight(
+            flight,
+            channel_map=channel_map,
+            certificates=calibration,
+            raw=raw or (),
+            native=native,
+        )
     if not len(loaded.block):
         raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
     with console.status(f"writing {out.name}"):

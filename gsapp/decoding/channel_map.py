@@ -7,6 +7,7 @@ A map is a TOML file::
     component = 1              # optional; else the first that sends a message
     fallback = "1 s"           # how long a better source may be silent before the next one counts
     certificates = "b777"      # optional: calibration in force when none is given
+    raw = ["ATTITUDE.*"]       # optional: fields kept as they are, under their own names
     format = "mavlink"         # or "ardupilot-log", "px4-log", "table"
 
     [[channels]]
@@ -137,6 +138,8 @@ class ChannelMap:
     """Which sender; None takes the first heard."""
     fallback: float = 1.0  # Seconds that a better source may be silent before the next one counts.
     certificates: str | None = None  # Shipped set of certificates to use where none is given.
+    raw: tuple[str, ...] = ()
+    """Patterns of fields to keep as raw channels; ``*`` stands for anything."""
     delimiter: str = ","  # Between the columns of a text line.
     text_time: int | None = None  # Column with the vehicle's time in a text line; None for none.
     text_scale: int = 1_000_000  # Microseconds per count in that column.
@@ -215,6 +218,7 @@ class _MapHeader(StrictModel):
     fallback: Time = 1.0
     certificates: str | None = None
     notes: str = ""
+    raw: list[str] = Field(default_factory=list)
     time: str | None = None
     time_unit: str = "s"
 
@@ -257,6 +261,7 @@ class _Reader:
             component=head.component,
             fallback=head.fallback,
             certificates=head.certificates,
+            raw=tuple(head.raw),
             delimiter=text.delimiter if text else ",",
             text_time=self._text_time,
             text_scale=self._text_scale,

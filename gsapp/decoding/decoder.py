@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -17,8 +18,9 @@ from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import LINE, ChannelMap
 from gsapp.decoding.flight_clock import FlightClock
+from gsapp.decoding.flight_modes import PARAM_VALUE_ID, PX4, heartbeat_mode, parameter_of
 from gsapp.decoding.grid import Numbers
-from gsapp.decoding.health import LinkHealth
+from gsapp.decoding.health import HEARTBEAT_ID, LinkHealth, is_vehicle
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.messages import (
     decode_columns,
@@ -29,6 +31,7 @@ from gsapp.decoding.messages import (
 )
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.decoding.raw_channels import mavlink_raw_entries
 from gsapp.decoding.settings import DECODING
 from gsapp.decoding.vehicle_selection import (
     STATE_MESSAGES,
@@ -43,6 +46,7 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
 _SYSTEM_TIME = 2
+_AUTOPILOT = 5  # place in the payload of HEARTBEAT
 
 
 class RawRecordLike(Protocol):
@@ -95,6 +99,8 @@ class Decoder:
         Rows per second.
     system : int, optional
         The flown system; else that of the channel map, or the first autopilot heard.
+    keep_samples : bool, optional
+        Whether samples are kept for `native_samples`.
     """
 
     def __init__(
@@ -105,6 +111,7 @@ class Decoder:
         aircraft: Aircraft | None = None,
         rate: float = 100.0,
         system: int | None = None,
+        keep_samples: bool = False,
     ) -> None:
         if channel_map.format != "mavlink":
             raise FlightError(
@@ -114,6 +121,9 @@ class Decoder:
         if certificates is None:
             name = channel_map.certificates
             certificates = load_certificates(name) if name else {}
+        if channel_map.raw:
+            entries = (*channel_map.entries, *mavlink_raw_entries(channel_map))
+            channel_map = replace(channel_map, entries=entries)
         self.channel_map = channel_map
         self.health = LinkHealth()
         self.clock = FlightClock()
@@ -129,6 +139,7 @@ class Decoder:
             aircraft=aircraft,
             rate=rate,
             vehicle_time=lambda entry: has_vehicle_time(channel_map, entry),
+            keep_samples=keep_samples,
         )
         self.sources: dict[str, ChannelSource] = self._pipeline.sources
         self._pending = [_Pending() for _ in self._pipeline.streams]
@@ -144,6 +155,9 @@ class Decoder:
         self._line_streams = [k for k, number in enumerate(self._ids) if number is None]
         self._line_parser = TextLineParser(channel_map)
         self._selector = VehicleSelector(channel_map, system, self.health, self._log, self._frame)
+        self.parameters: list[tuple[float | None, str, float]] = []
+        self._mode = ""
+        self._is_px4 = False
         self.data_stamp: int | None = None
         self.landed_state = LandedState()
 
@@ -183,6 +197,10 @@ class Decoder:
     def counted_sources(self) -> dict[str, ChannelSource]:
         """Return `sources` with what arrived of each so far."""
         return self._pipeline.counted_sources()
+
+    def native_samples(self) -> Block:
+        """Return all samples so far at their own times, see `Pipeline.native_samples`."""
+        return self._pipeline.native_samples()
 
     def feed(self, records: Sequence[RawRecordLike]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
@@ -247,6 +265,8 @@ class Decoder:
         if head[2:] in STATE_MESSAGES and head[0] == self._selector.system:
             number = int.from_bytes(head[2:], "little")
             self.landed_state.update(number, head[1], payload, self.flight_time_at(host))
+            if number == HEARTBEAT_ID and is_vehicle(head[1], payload):
+                self._take_mode(host, head, payload)
         clock = self.clock
         for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
             # Zero bytes at the end are not always sent.
@@ -265,6 +285,13 @@ class Decoder:
                 self._take_released(host)
             if time is not None:
                 self._pending[stream].append(time, now, payload)
+
+    def _take_mode(self, host: int, head: bytes, payload: bytes) -> None:
+        self._is_px4 = payload[_AUTOPILOT : _AUTOPILOT + 1] == bytes([PX4])
+        mode = heartbeat_mode(payload)
+        if mode and mode != self._mode:
+            self._mode = mode
+            self._log.add_mode(host, head[0], head[1], mode)
 
     def _find_routes(
         self, head: bytes, host: int, payload: bytes, data: bytes
@@ -312,6 +339,10 @@ class Decoder:
                 unix = int.from_bytes(payload[:8], "little")
                 boot = int.from_bytes(payload[8:12], "little") * 1000
                 self.clock.set_unix_offset(unix, boot)
+        elif number == PARAM_VALUE_ID:
+            if self.system in (None, system):
+                name, value = parameter_of(payload, bytewise=self._is_px4)
+                self.parameters.append((self.flight_time_at(host), name, value))
         elif number == STATUSTEXT_ID:
             if self.system in (None, system):
                 self._log.add_status_text(host, system, component, payload)

@@ -27,6 +27,7 @@ from gsapp.quantities import (
     FloatArray,
     base_id,
     channel,
+    is_raw_channel,
     to_si,
 )
 
@@ -242,7 +243,10 @@ class MessageStream:
         self._supply = supply[0] if supply else None
         bases = [base_id(output.channel) for output in outputs]
         self.circular = np.array([base in CIRCULAR_CHANNELS for base in bases], dtype=bool)
-        self.stepwise = np.array([base in STEPWISE_CHANNELS for base in bases], dtype=bool)
+        # Of a raw number nobody knows whether there is anything between two samples.
+        self.stepwise = np.array(
+            [base in STEPWISE_CHANNELS or is_raw_channel(base) for base in bases], dtype=bool
+        )
         self.clipped: dict[str, int] = {}
         self._low = np.full(len(outputs), -np.inf)
         self._high = np.full(len(outputs), np.inf)

@@ -76,6 +76,11 @@ def _ids() -> dict[str, int]:
     return {str(kind.msgname): int(number) for number, kind in dialect().mavlink_map.items()}
 
 
+def message_names() -> tuple[str, ...]:
+    """Return the names of all messages of the dialect."""
+    return tuple(_ids())
+
+
 def is_known(message_id: int) -> bool:
     """Return whether the dialect has a message of that id."""
     return message_id in dialect().mavlink_map

@@ -115,8 +115,8 @@ class Notice:
     """Something said by the vehicle, or noticed about it, while decoding."""
 
     kind: str
-    """``statustext`` for what the vehicle says, else one of `NOTICE_KINDS`; those of the clock are
-    in `gsapp.decoding.flight_clock.ClockEvent`."""
+    """``statustext`` for what the vehicle says, ``mode`` for a change of its flight mode, else one
+    of `NOTICE_KINDS`; those of the clock are in `gsapp.decoding.flight_clock.ClockEvent`."""
     time: float | None  # Flight time, s; None if no clock was known yet.
     stamp_us: int  # Host time of the record, microseconds since 1970.
     text: str
@@ -162,6 +162,19 @@ class NoticeLog:
                 component=text.component,
             )
             for text in texts
+        )
+
+    def add_mode(self, host: int, system: int, component: int, mode: str) -> None:
+        """Add that the vehicle changed its flight mode."""
+        self.messages.append(
+            Notice(
+                kind="mode",
+                time=self._flight_time_at(host),
+                stamp_us=host,
+                text=f"Flight mode {mode}",
+                system=system,
+                component=component,
+            )
         )
 
     def add_clock_event(self, event: ClockEvent, host: int) -> None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
@@ -24,6 +25,7 @@ from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.settings import DECODING
 from gsapp.quantities import Block, FloatArray
 
+IntArray = npt.NDArray[np.int64]
 _FORGET = 4 * DECODING.max_hold
 _LONGEST_WAIT = 2 * round(DECODING.max_filled_pause * 1e6)
 
@@ -167,7 +169,8 @@ class _Join:
 class Pipeline:
     """Everything after framing and timing, at `rate` rows per second.
 
-    `vehicle_time` says whether the message of an entry carries the vehicle's time.
+    `vehicle_time` says whether the message of an entry carries the vehicle's time. With
+    `keep_samples` samples are kept for `native_samples`.
 
     Attributes
     ----------
@@ -185,8 +188,12 @@ class Pipeline:
         aircraft: Aircraft | None,
         rate: float,
         vehicle_time: Callable[[MapEntry], bool],
+        keep_samples: bool = False,
     ) -> None:
         self.grid = Grid(rate)
+        self._kept: list[tuple[int, Sequence[int], FloatArray]] | None = (
+            [] if keep_samples else None
+        )
         self._fallback = round(channel_map.fallback * 1e6)
         self.streams = _streams(channel_map, certificates, vehicle_time)
         if aircraft is not None:
@@ -244,6 +251,8 @@ class Pipeline:
         values = self.streams[stream].convert(columns, len(times))
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, values[:, column].tolist())
+        if self._kept is not None:
+            self._kept.append((stream, list(times), values))
         self._rows.append((stream, self._gridders[stream].feed(times, nows, values)))
 
     def push_few(
@@ -256,6 +265,8 @@ class Pipeline:
         values, complete = self.streams[stream].convert_scalars(samples)
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, [numbers[column] for numbers in values])
+        if self._kept is not None:
+            self._kept.append((stream, list(times), np.array(values)))
         gridder = self._gridders[stream]
         rows = gridder.feed_few(times, nows, values, self._sheet, complete=complete)
         self._rows.append((stream, rows))
@@ -316,6 +327,41 @@ class Pipeline:
                 else _with_counts(source, min((counted[each] for each in inputs), key=_samples_of))
             )
         return counted
+
+    def native_samples(self) -> Block:
+        """Return all samples at their own times (s), beside the grid; NaN where a channel has none.
+
+        Channels that were measured, none that is derived. A source that is not the best counts
+        where no better one has a sample within the time after which it replaces it.
+        """
+        kept: dict[int, list[tuple[Sequence[int], FloatArray]]] = {}
+        for stream, moments, values in self._kept or ():
+            kept.setdefault(stream, []).append((moments, values))
+        streams = {
+            stream: (
+                np.concatenate([np.array(moments, dtype=np.int64) for moments, _ in parts]),
+                np.concatenate([part for _, part in parts]),
+            )
+            for stream, parts in kept.items()
+        }
+        samples = {
+            name: _best_samples(
+                [
+                    (streams[number][0], streams[number][1][:, column])
+                    for number, column in places
+                    if number in streams
+                ],
+                self._fallback,
+            )
+            for name, places in self._candidates.items()
+        }
+        samples = {name: one for name, one in samples.items() if one[0].size}
+        every = [times for times, _ in samples.values()]
+        union = np.unique(np.concatenate(every)) if every else np.empty(0, dtype=np.int64)
+        block = np.full((union.size, len(samples)), np.nan)
+        for column, (times, values) in enumerate(samples.values()):
+            block[np.searchsorted(union, times), column] = values
+        return Block(channels=tuple(samples), times=union / 1e6, values=block)
 
     def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
         samples, gridder = max(
@@ -428,6 +474,25 @@ class Pipeline:
             for source, (number, column) in enumerate(places):
                 self._slow_feeds[number].append((slow, source, column))
         return self._slow[name]
+
+
+def _best_samples(
+    sources: Sequence[tuple[IntArray, FloatArray]], fallback: int
+) -> tuple[IntArray, FloatArray]:
+    """Return times (us), increasing, and values of what a channel's sources hold, best first."""
+    times, values = np.empty(0, dtype=np.int64), np.empty(0)
+    for own, numbers in sources:
+        there = ~np.isnan(numbers)
+        if times.size:
+            after = np.searchsorted(times, own)
+            before = np.maximum(after - 1, 0)
+            after = np.minimum(after, times.size - 1)
+            apart = np.minimum(abs(own - times[before]), abs(times[after] - own))
+            there &= apart > fallback
+        # What repeats a time is dropped here as on the grid.
+        times, first = np.unique(np.concatenate((times, own[there])), return_index=True)
+        values = np.concatenate((values, numbers[there]))[first]
+    return times, values
 
 
 def _samples_of(source: ChannelSource) -> int:

@@ -44,7 +44,8 @@ class Event:
 
     kind: str
     """``mark``, ``note``, ``alarm``, ``acknowledge``, ``vehicle`` (the flown system is chosen),
-    ``status`` (said by the vehicle) ..."""
+    ``status`` (said by the vehicle), ``mode``, ``parameters``, ``parameter`` (see
+    `gsapp.flight.parameter_events`) ..."""
     text: str = ""
     time: float | None = None
     """Flight time, s; None where no vehicle time was known."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -68,6 +69,8 @@ class Flight:
     onboard: OnboardLogState | None = None
     """What became of the on-board log; None where the flight has none, or only the live record was
     read."""
+    native: bool = False
+    """Whether `block` has the samples at their own times instead of a grid."""
 
     @property
     def uncalibrated_channels(self) -> tuple[str, ...]:
@@ -92,8 +95,8 @@ class Flight:
 
     @property
     def rate(self) -> float:
-        """Return the samples per second of the grid; NaN for fewer than two samples."""
-        return 1.0 / median_step(self.block.times)
+        """Return the samples per second of the grid; NaN for fewer than two samples, or no grid."""
+        return math.nan if self.native else 1.0 / median_step(self.block.times)
 
     @property
     def duration(self) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
@@ -20,14 +21,21 @@ from gsapp.flight.events import convert_to_flown_clock, event_from_notice, read_
 from gsapp.flight.file_names import EVENTS_FILE
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.raw_files import RawDamage, RawTail, read_nonempty_tlog
 from gsapp.flight.raw_files.record_files import RawRecord
 from gsapp.flight.read_settings import FlightReadSettings, NameOrPath
-from gsapp.flight.readers.columns import ColumnFlight, build_flight_from_columns, read_flight_csv
+from gsapp.flight.readers.columns import (
+    ColumnFlight,
+    build_flight_from_columns,
+    fastest_rate,
+    read_flight_csv,
+)
 from gsapp.flight.readers.dataflash import read_dataflash
 from gsapp.flight.readers.log_mapping import ForeignLog, clipped_remarks, map_log, resample_to_grid
 from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns, read_table
 from gsapp.flight.readers.ulog import read_ulog
+from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import combine_on_grid, find_uniform_grid, median_step
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
@@ -59,6 +67,8 @@ def load_flight(
     rate: float | None = None,
     certificates: NameOrPath | None = None,
     aircraft: Aircraft | NameOrPath | None = None,
+    raw: Sequence[str] = (),
+    native: bool = False,
 ) -> Flight:
     """Open a flight.
 
@@ -79,6 +89,12 @@ def load_flight(
         then says so.
     aircraft : Aircraft, str or Path, optional
         In place of the one in the folder.
+    raw : sequence of str, optional
+        Fields of messages to keep as they are, beside those of the map: ``ATT.DesRoll``,
+        ``NKF1.*``.
+    native : bool, optional
+        Keep samples at their own times: `Flight.block` then has a row for each time at which any
+        channel has one, NaN elsewhere, and no derived channels.
 
     Returns
     -------
@@ -104,6 +120,8 @@ def load_flight(
         certificates=certificates,
         aircraft=aircraft,
         rate=rate,
+        raw=raw,
+        native=native,
     )
     if folder is not None:
         return _load_folder(folder, setting)
@@ -121,6 +139,7 @@ def load_flight(
         events=decoded.vehicle_messages,
         remarks=(*calibration_remarks(used, decoded.sources, decoded.block), *decoded.remarks),
         certificates=used,
+        native=native,
     )
 
 
@@ -168,6 +187,7 @@ def _load_folder(
         ),
         certificates=used,
         onboard=decoded.onboard,
+        native=setting.native,
     )
 
 
@@ -197,25 +217,31 @@ def _decode_folder(
         )
     files = [*raw, *(file for file in (onboard,) if file is not None)]
     key = _cache_key(files, setting)
-    decoded = load_cached(folder.cache_folder, key)
+    decoded = None if setting.native else load_cached(folder.cache_folder, key)
     if decoded is None:
         if raw:
             decoded = _decode_folder_records(folder.path, setting)
             if onboard is not None:
-                decoded = _merge_log(decoded, onboard, setting)
+                decoded = _merge_log(decoded, onboard, setting, folder.path)
         else:
             decoded = _decode_file(files[0], setting)
         fits = log is None or (decoded.onboard is not None and decoded.onboard.in_place)
-        if fits and not setting.override_source:
+        if fits and not setting.override_source and not setting.native:
             # Trying other certificates or logs does not cost the flight the cache of its own.
             store_cached(folder.cache_folder, key, decoded)
     return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
 
 
-def _merge_log(live: DecodedFlight, onboard: Path, setting: FlightReadSettings) -> DecodedFlight:
+def _merge_log(
+    live: DecodedFlight, onboard: Path, setting: FlightReadSettings, folder: Path
+) -> DecodedFlight:
     """Let the on-board log replace the live record, if it can be read."""
     # SciPy's transforms take a third of a second.
-    from gsapp.flight.onboard_log.log_merge import merge_onboard_log, reject_onboard_log
+    from gsapp.flight.onboard_log.log_merge import (
+        merge_native_samples,
+        merge_onboard_log,
+        reject_onboard_log,
+    )
 
     channel_map = setting.channel_map
     ending = onboard.suffix.casefold()
@@ -229,6 +255,8 @@ def _merge_log(live: DecodedFlight, onboard: Path, setting: FlightReadSettings) 
         log = _decode_file(onboard, setting)
     except GroundStationError as error:
         return reject_onboard_log(live, onboard.name, str(error))
+    if setting.native:
+        return merge_native_samples(live, log, load_flight(folder).onboard)
     return merge_onboard_log(live, log, setting.grid_rate, onboard.name)
 
 
@@ -242,6 +270,7 @@ def _cache_key(files: list[Path], setting: FlightReadSettings) -> str:
             "certificates": repr(sorted((certificates or {}).items())),
             "aircraft": setting.aircraft.model_dump(mode="json") if setting.aircraft else None,
             "rate": setting.rate,
+            "raw": setting.raw,
             "system": setting.system,
         },
     )
@@ -266,7 +295,11 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
         # All of a .bin: what old logs call IMU2 is what maps call IMU[1].
-        log = read_ulog(path, channel_map.messages) if ending == ".ulg" else read_dataflash(path)
+        log = (
+            read_ulog(path, _topics(setting.with_raw(channel_map)))
+            if ending == ".ulg"
+            else read_dataflash(path)
+        )
         return _decode_log(log, channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
@@ -288,7 +321,13 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
             "its columns "
             "were calibrated when it was written; give the flight folder with the raw record"
         )
-    return _decode_columns(path, columns, setting.rate)
+    return _decode_columns(path, columns, setting)
+
+
+def _topics(channel_map: ChannelMap) -> Collection[str] | None:
+    """Return the topics that a map takes from a log; None for all."""
+    raw = {re.sub(r"\[\w+\]$", "", pattern.partition(".")[0]) for pattern in channel_map.raw}
+    return None if any("*" in one for one in raw) else {*channel_map.messages, *raw}
 
 
 def _check_map_format(path: Path, channel_map: ChannelMap, wanted: str) -> None:
@@ -315,18 +354,23 @@ def _read_native_columns(path: Path, read: Callable[[Path], Any]) -> ColumnFligh
     return build_flight_from_columns(path, arrays, units)
 
 
-def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> DecodedFlight:
-    block = flight.block
+def _decode_columns(path: Path, flight: ColumnFlight, setting: FlightReadSettings) -> DecodedFlight:
+    block, rate = flight.block, setting.rate
     remarks = list(flight.remarks)
-    found = find_uniform_grid(block.times)
-    if rate is None and found is not None:
+    fastest = fastest_rate(block)
+    # Instruments that are sampled in turn, a microsecond apart, lie on no grid worth having.
+    in_turn = fastest * median_step(block.times) * FLIGHT_DATA.max_idle_rows < 1.0
+    found = None if in_turn else find_uniform_grid(block.times)
+    if setting.native:
+        pass
+    elif rate is None and found is not None:
         grid, index = found
         if grid.size != block.times.size or not np.array_equal(grid, block.times):
             values = np.full((grid.size, len(block.channels)), np.nan)
             values[index] = block.values
             block = Block(channels=block.channels, times=grid, values=values)
     else:
-        chosen = rate or _nearest_rate(1.0 / median_step(block.times))
+        chosen = rate or _nearest_rate(fastest)
         if rate is None:
             remarks.append(
                 f"the times are uneven; resampled to a grid of {chosen:g} samples per second"
@@ -356,10 +400,11 @@ def _decode_log(
 ) -> DecodedFlight:
     mapped = map_log(
         log,
-        channel_map,
+        setting.with_raw(channel_map),
         certificates=setting.certificates_for(channel_map),
         aircraft=setting.aircraft,
         rate=setting.grid_rate,
+        native=setting.native,
     )
     return DecodedFlight(
         block=mapped.block,
@@ -408,7 +453,12 @@ def _decode_records(
             yield from decoder.feed(batch)
         yield from decoder.finish()
 
-    block = combine_on_grid(blocks(), decoder.rate)
+    if setting.native:
+        for _ in blocks():
+            pass
+        block = decoder.native_samples()
+    else:
+        block = combine_on_grid(blocks(), decoder.rate)
     health = decoder.health
     counted = decoder.counted_sources()
     return DecodedFlight(
@@ -422,8 +472,9 @@ def _decode_records(
             lines=decoder.lines,
             bad_lines=decoder.bad_lines,
         ),
-        vehicle_messages=tuple(
-            event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)
+        vehicle_messages=(
+            *(event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)),
+            *parameter_events(decoder.parameters),
         ),
         remarks=(
             *health.report().warnings,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from calibration import Certificate, load_certificates
@@ -44,6 +44,10 @@ class FlightReadSettings:
     """Of the grid, Hz; None leaves it to the reader."""
     system: int | None = None
     """The flown system that the crew has chosen; None leaves it to the map and the record."""
+    raw: tuple[str, ...] = ()
+    """Patterns of raw channels, beside those of the map."""
+    native: bool = False
+    """Whether samples stay at their own times instead of the grid."""
 
     @classmethod
     def load(
@@ -54,6 +58,8 @@ class FlightReadSettings:
         certificates: NameOrPath | None = None,
         aircraft: Aircraft | NameOrPath | None = None,
         rate: float | None = None,
+        raw: Sequence[str] = (),
+        native: bool = False,
     ) -> FlightReadSettings:
         """Find what a flight is read with: what is given, else what lies in its folder.
 
@@ -78,6 +84,8 @@ class FlightReadSettings:
             aircraft=find_aircraft(path, aircraft),
             rate=rate,
             system=read_selected_system(events_path(path)),
+            raw=tuple(raw),
+            native=native,
         )
 
     @property
@@ -88,12 +96,17 @@ class FlightReadSettings:
     def decoder(self, channel_map: ChannelMap) -> Decoder:
         """Return a decoder of the flight's raw records with a map."""
         return Decoder(
-            channel_map,
+            self.with_raw(channel_map),
             certificates=self.certificates_for(channel_map),
             aircraft=self.aircraft,
             rate=self.grid_rate,
             system=self.system,
+            keep_samples=self.native,
         )
+
+    def with_raw(self, channel_map: ChannelMap) -> ChannelMap:
+        """Return a map that keeps the raw channels wanted too."""
+        return replace(channel_map, raw=(*channel_map.raw, *self.raw)) if self.raw else channel_map
 
     def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
         """Return the certificates in force with a map, which must have something to calibrate."""

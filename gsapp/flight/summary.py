@@ -69,6 +69,8 @@ def events_json(events: Iterable[Event]) -> list[dict[str, Any]]:
 
 
 def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]]:
+    if flight.native:
+        return []
     try:
         found = collect_maneuvers(flight, aircraft or load_aircraft(DEFAULT_AIRCRAFT)).maneuvers
     except FlightError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from gsapp.flight.atomic_files import atomic_flight_file
 from gsapp.flight.certificates import uncalibrated_columns
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.quantities import Block, FloatArray, channel, from_si
+from gsapp.quantities import Block, FloatArray, channel, from_si, is_raw_channel
 
 UnitSystem = Literal["us", "si", "base"]
 """``us``: deg, ft/s, g, lbf/ft^2, as flight-test reports use them; ``si``: deg, m/s, g, kPa, what
@@ -109,8 +110,8 @@ _MOST_BYTES = 2**31 - 1
 
 
 def variable_name(channel_id: str) -> str:
-    """Return the MATLAB variable of a channel: ``q.2`` becomes ``q_2``."""
-    return channel_id.replace(".", "_")
+    """Return the MATLAB variable of a channel: ``q.2`` becomes ``q_2``, ``M[0].f`` ``M_0_f``."""
+    return re.sub(r"\W+", "_", channel_id).strip("_")
 
 
 def write_mat(
@@ -120,6 +121,7 @@ def write_mat(
 
     Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``. Where an
     instrument had no certificate, so that there are only its volts, ``uncalibrated`` names it.
+    ``names.M_0_f`` holds what a raw channel is called.
     """
     from scipy.io import savemat  # a tenth of a second
 
@@ -137,6 +139,9 @@ def write_mat(
         ]
         units[variable_name(name)] = unit
     content["units"] = units
+    names = {variable_name(name): name for name in layout.channels if is_raw_channel(name)}
+    if names:
+        content["names"] = names
     lacking = uncalibrated_columns(layout.channels)
     if lacking:
         content["uncalibrated"] = ", ".join(lacking.values())

@@ -10,6 +10,7 @@ from gsapp.quantities.channels import (
     ChannelSpec,
     base_id,
     channel,
+    is_raw_channel,
     name_in_text,
 )
 from gsapp.quantities.notation import (
@@ -54,6 +55,7 @@ __all__ = [
     "convert_text_units",
     "convert_value_and_std",
     "from_si",
+    "is_raw_channel",
     "name_in_text",
     "normalize_unit",
     "parse_quantity",

@@ -6,6 +6,7 @@ right-handed about them; each description says what a positive value means.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, replace
 from functools import cache
@@ -223,6 +224,18 @@ STEPWISE_CHANNELS: Final = frozenset({"rate_switch", "gear", "gps_satellites"})
 _REDUNDANT = re.compile(r"(?P<base>.+)\.(?P<number>[2-9])")
 
 
+_RAW = re.compile(r"(?P<message>[A-Za-z]\w*)(\[\w+\])?\.[A-Za-z_]\w*(\[\d+\])?")
+
+
+def is_raw_channel(channel_id: str) -> bool:
+    """Return whether an id names a field of a message: ``ATT.DesRoll``, ``ESC[1].RPM``.
+
+    Raw channels are numbers as the message holds them, without unit and meaning.
+    """
+    match = _RAW.fullmatch(channel_id)
+    return match is not None and match["message"] not in CHANNELS
+
+
 def base_id(channel_id: str) -> str:
     """Return ``q`` for ``q``, ``q.2`` and ``q.3``: the quantity that is measured."""
     match = _REDUNDANT.fullmatch(channel_id)
@@ -237,6 +250,8 @@ def channel(channel_id: str) -> ChannelSpec:
     """
     base = base_id(channel_id)
     spec = CHANNELS.get(base)
+    if spec is None and is_raw_channel(channel_id):
+        return _raw_channel(channel_id)
     if spec is None:
         usual = "ids are such as alpha, q, de, V, elevator_left or static_pressure"
         hint = did_you_mean(base, CHANNELS, usual)
@@ -249,4 +264,19 @@ def channel(channel_id: str) -> ChannelSpec:
         id=channel_id,
         symbol=f"{spec.symbol} {number}",
         title=f"{spec.title}, sensor {number}",
+    )
+
+
+def _raw_channel(channel_id: str) -> ChannelSpec:
+    return ChannelSpec(
+        id=channel_id,
+        symbol=channel_id,
+        title=channel_id,
+        quantity="count",
+        si_display="",
+        us_display="",
+        limits=(-math.inf, math.inf),
+        precision=1e-3,
+        group="raw",
+        description="As the message holds it",
     )

@@ -29,6 +29,9 @@ from gsapp.session.readers import FlightReader, RecordReader
 from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session_flight import SessionFlight
 
+_SAID = frozenset({"status", "mode", "parameter"})
+"""Kinds of events that the vehicle itself causes, for its status messages."""
+
 
 class FlightMetadata:
     """What can be told of a flight beside its samples."""
@@ -137,7 +140,9 @@ class FlightMetadata:
         if decoder is not None:
             said = [event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)]
         elif whole is not None:
-            said = [event for event in whole.events if event.kind == "status"]
+            said = [
+                event for event in whole.events if event.kind in ("status", "mode", "parameter")
+            ]
         else:
             said = []
         told = [

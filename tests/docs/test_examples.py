@@ -48,8 +48,8 @@ PAGES = sorted([ROOT / "README.md", *DOCS.rglob("*.md")])
 _BLOCK = re.compile(r"^ *```(\w+)[ ]?([\w-]*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 _CHECKED = {
     "flight", "events", "flight-csv", "aircraft", "channel-map", "mixed-map", "text-map", "lines",
-    "table-map", "table", "numbers-map", "certificate", "limits", "plan", "model", "layout",
-    "weights", "swings", "linear-model", "cards", "checklist", "points", "fence",
+    "table-map", "table", "numbers-map", "raw-map", "certificate", "limits", "plan", "model",
+    "layout", "weights", "swings", "linear-model", "cards", "checklist", "points", "fence",
     "calibration-plan",
 }  # fmt: skip
 
@@ -135,6 +135,11 @@ def test_a_file_of_numbers_is_read_by_the_places_of_its_columns(example: Example
     flight = load_flight(path, channel_map=example("toml", "numbers-map"), rate=10.0)
     assert flight.block["de"] == pytest.approx([0.1, 0.2])
     assert flight.block["q"] == pytest.approx([0.7, 0.8])
+
+
+def test_a_map_names_raw_fields(example: Example) -> None:
+    decoder = Decoder(load_channel_map(example("toml", "raw-map")))
+    assert {"q", "VIBRATION.clipping_2", "NAV_CONTROLLER_OUTPUT.nav_roll"} <= set(decoder.channels)
 
 
 def test_the_flight_csv_is_read(example: Example) -> None:

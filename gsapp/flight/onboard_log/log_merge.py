@@ -54,6 +54,45 @@ def merge_onboard_log(
     )
 
 
+def merge_native_samples(
+    live: DecodedFlight, log: DecodedFlight, state: OnboardLogState | None
+) -> DecodedFlight:
+    """Replace the samples of a live record by those of the on-board log, in flight time.
+
+    Both at their own times; `state` says how the two clocks are aligned. A log that is not in place
+    is left out.
+    """
+    if state is None or state.clock is None:
+        return live
+    clock = state.clock
+    times = log.block.times
+    shifted = Block(
+        channels=log.block.channels,
+        times=times + clock.offset - clock.applied_drift * (times - clock.at),
+        values=log.block.values,
+    )
+    only_live = [name for name in live.block.channels if name not in log.block.channels]
+    parts = [shifted, live.block.select(only_live)]
+    union = np.unique(np.concatenate([part.times for part in parts]))
+    values = np.full((union.size, sum(len(part.channels) for part in parts)), np.nan)
+    column = 0
+    for part in parts:
+        rows = np.searchsorted(union, part.times)
+        values[rows, column : column + len(part.channels)] = part.values
+        column += len(part.channels)
+    present = ~np.isnan(values).all(axis=1)
+    return replace(
+        live,
+        block=Block(
+            channels=tuple(name for part in parts for name in part.channels),
+            times=union[present],
+            values=values[present],
+        ),
+        sources={**live.sources, **log.sources},
+        onboard=state,
+    )
+
+
 def reject_onboard_log(live: DecodedFlight, name: str, why: str) -> DecodedFlight:
     """Return a live record, and that its log is left out for some reason."""
     state = OnboardLogState(file=name, in_place=False, why=why)

@@ -26,12 +26,15 @@ from gsapp.quantities import (
     FloatArray,
     base_id,
     channel,
+    is_raw_channel,
     normalize_unit,
     to_si,
 )
 
 TIME = "time"
-_CELL = re.compile(r"(?P<id>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
+_CELL = re.compile(
+    r"(?P<id>\w+(?:\[\w+\])?\.\w+(?:\[\d+\])?|[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?"
+)
 _NUMBERED = re.compile(r"(?P<base>.+)_(?P<number>[2-9])")
 _FIRST = 5
 
@@ -110,6 +113,8 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
 def is_foreign_header(names: Sequence[str]) -> bool:
     """Return whether header cells are those of another program: none has a unit, none is known."""
     for name in names:
+        if is_raw_channel(name):
+            continue
         if "[" in name or _is_number(name):
             return False
         try:
@@ -208,13 +213,22 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
 def check_spacing(path: Path, times: FloatArray, where: str) -> None:
     """Check that samples do not follow quicker than any instrument takes them, times in s.
 
-    They do where a program counts time in days.
+    They do where a program counts time in days. On average: samples of several instruments, each at
+    its own time, may follow each other closely.
     """
-    step = median_step(times)
+    if times.size < 2:
+        return
+    step = float(times[-1] - times[0]) / (times.size - 1)
     if step * FLIGHT_DATA.max_sample_rate < 1.0:
         remedy = "is the time in days or hours? write it in the stated unit"
         what = f"the samples would follow every {step:.2g} s"
         raise single_problem(path, where, what, remedy)
+
+
+def fastest_rate(block: Block) -> float:
+    """Return the rate of the channel that is sampled most often, Hz; the others have gaps."""
+    steps = [median_step(block.times[~np.isnan(block[name])]) for name in block.channels]
+    return 1.0 / min((step for step in steps if step > 0.0), default=np.nan)
 
 
 def build_flight_from_columns(

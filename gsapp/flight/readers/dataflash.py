@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import struct
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.decoding.flight_modes import ardupilot_mode
 from gsapp.flight.events import Event
+from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.readers.dataflash_text import TEXT_LETTERS, is_text_log, scan_text
 from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
@@ -28,6 +31,8 @@ _HEADER = b"\xa3\x95"
 _FMT = 128
 _FMT_LENGTH = 89
 
+_STAMPS = {"TimeUS": 1e-6, "TimeMS": 1e-3}
+"""Columns that hold the time, and the seconds of one count."""
 _NOT_MEASURED = frozenset({"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG"})
 
 # Letter: type in the file, and the factor that the letter itself implies.
@@ -96,7 +101,7 @@ class _Format:
 
 
 def read_dataflash(path: Path | str) -> ForeignLog:
-    """Read an ArduPilot log: all messages that are measured; ``MSG`` becomes events.
+    """Read an ArduPilot log: all messages that are measured; texts, modes and parameters as events.
 
     A ``.bin``, or the text that ground stations make of it, whatever the ending says. Damaged
     stretches are passed over and remarked on. Values are in the units that the log states: raw
@@ -161,11 +166,9 @@ def _log_of(
     scales = _Scales.of(records)
     tables: dict[tuple[str, str], LogTable] = {}
     for name, (form, rows) in records.items():
-        if name not in _NOT_MEASURED and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
+        if name not in _NOT_MEASURED and not _STAMPS.keys().isdisjoint(form.columns):
             tables.update(_tables(form, rows, scales, remarks))
-    return ForeignLog(
-        path=file, tables=tables, events=_message_events(records), remarks=tuple(remarks)
-    )
+    return ForeignLog(path=file, tables=tables, events=_events(records), remarks=tuple(remarks))
 
 
 def _scan(
@@ -330,8 +333,8 @@ def _tables(
         }
     tables: dict[tuple[str, str], LogTable] = {}
     for selector, members in groups.items():
-        stamp, unit = ("TimeUS", 1e-6) if "TimeUS" in form.columns else ("TimeMS", 1e-3)
-        times = members[stamp].astype(np.float64) * unit
+        stamp = next(each for each in _STAMPS if each in form.columns)
+        times = members[stamp].astype(np.float64) * _STAMPS[stamp]
         good = find_valid_times(times)
         dropped = int(good.size - good.sum())
         if dropped:
@@ -351,16 +354,47 @@ def _tables(
     return tables
 
 
-def _message_events(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
-    """Return the texts of MSG as events."""
-    found = records.get("MSG")
-    if found is None or not {"TimeUS", "Message"} <= set(found[0].columns):
-        return ()
-    return tuple(
-        Event(
-            kind="status",
-            text=bytes(row["Message"]).decode("utf-8", "replace"),
-            time=float(row["TimeUS"]) * 1e-6,
-        )
-        for row in found[1]
+def _events(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
+    """Return texts (MSG), flight modes and parameters as events."""
+    said = [(time, _words(row["Message"])) for time, row in _rows(records, "MSG", "Message")]
+    vehicle = _vehicle([text for _, text in said])
+    modes: list[Event] = []
+    for time, row in _rows(records, "MODE", "Mode"):
+        named = row["Mode"]
+        mode = _words(named) if isinstance(named, bytes) else ardupilot_mode(int(named), vehicle)
+        if not modes or modes[-1].text != f"Flight mode {mode}":
+            modes.append(Event(kind="mode", text=f"Flight mode {mode}", time=time))
+    parameters = [
+        (time, _words(row["Name"]), float(row["Value"]))
+        for time, row in _rows(records, "PARM", "Name", "Value")
+    ]
+    return (
+        *(Event(kind="status", text=text, time=time) for time, text in said),
+        *modes,
+        *parameter_events(parameters),
     )
+
+
+def _rows(
+    records: dict[str, tuple[_Format, npt.NDArray[np.void]]], name: str, *columns: str
+) -> Iterator[tuple[float | None, npt.NDArray[np.void]]]:
+    """Yield the records of a message that has these columns, with their times (s) if it has any."""
+    if name not in records or not set(columns) <= set(records[name][0].columns):
+        return
+    form, rows = records[name]
+    stamp = next((each for each in _STAMPS if each in form.columns), None)
+    for row in rows:
+        yield None if stamp is None else float(row[stamp]) * _STAMPS[stamp], row
+
+
+def _words(text: Any) -> str:
+    return bytes(text).decode("utf-8", "replace")
+
+
+def _vehicle(texts: Sequence[str]) -> str:
+    """Return what kind of vehicle a log is of, by what it says when it starts."""
+    for text in texts:
+        for vehicle in ("plane", "copter", "rover", "sub"):
+            if vehicle in text.casefold().partition(" ")[0]:
+                return vehicle
+    return "plane"

@@ -8,7 +8,7 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,12 +19,23 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import TABLE, ChannelMap, FieldRef, MapEntry
 from gsapp.decoding.conversions import CONVERSIONS
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.decoding.raw_channels import RawPatterns, raw_entry
 from gsapp.flight.events import Event
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import combine_on_grid, median_step
 from gsapp.foundation import FlightError, UnitError, UnmappedError
-from gsapp.foundation.name_suggestions import format_names
-from gsapp.quantities import Block, BoolArray, FloatArray, channel, normalize_unit
+from gsapp.foundation.name_suggestions import did_you_mean, format_names
+from gsapp.quantities import (
+    Block,
+    BoolArray,
+    FloatArray,
+    channel,
+    is_raw_channel,
+    normalize_unit,
+)
+
+_STAMPS = frozenset({"TimeUS", "TimeMS", "timestamp"})
+"""Fields that hold the time of a message."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,16 +144,20 @@ def map_log(
     certificates: Mapping[str, Certificate],
     rate: float,
     aircraft: Aircraft | None = None,
+    native: bool = False,
 ) -> MappedLog:
     """Lay the channels that a map names in a log on the grid; those that the log lacks are absent.
+
+    With `native` the samples stay at their own times instead, and none are derived.
 
     Where the log states a unit itself, and the map neither scales nor converts, the log is
     believed. `FlightError` if the log holds nothing of what the map names.
     """
     remarks: list[str] = []
+    raw = _raw_entries(log, channel_map.raw, remarks)
     found = [
         each
-        for place, entry in enumerate(channel_map.entries)
+        for place, entry in enumerate((*channel_map.entries, *raw))
         if (each := _match_entry(log, entry, place, remarks)) is not None
     ]
     if not found:
@@ -157,6 +172,7 @@ def map_log(
         aircraft=aircraft,
         rate=rate,
         vehicle_time=lambda _: True,
+        keep_samples=native,
     )
     homes = {(each.entry.message, each.entry.selector, each.entry.time): each for each in found}
     first, last = np.inf, -np.inf
@@ -167,13 +183,34 @@ def map_log(
         micros = np.rint(home.times * 1e6).astype(np.int64).tolist()
         pipeline.push(number, micros, micros, home.fields)
     blocks = pipeline.pull(round(first * 1e6), round(last * 1e6), final=True)
-    block = combine_on_grid(blocks, pipeline.grid.rate)
+    block = pipeline.native_samples() if native else combine_on_grid(blocks, pipeline.grid.rate)
     counted = pipeline.counted_sources()
     return MappedLog(
         block=block,
         sources={name: counted[name] for name in block.channels},
         remarks=(*dict.fromkeys(remarks), *clipped_remarks(pipeline.clipped)),
     )
+
+
+def _raw_entries(log: ForeignLog, patterns: Sequence[str], remarks: list[str]) -> list[MapEntry]:
+    """Return the entries of all numbers of a log that fit patterns of raw channels."""
+    entries = [
+        raw_entry(message, selector, name, index)
+        for (message, selector), table in log.tables.items()
+        for name, values in table.fields.items()
+        if name not in _STAMPS
+        for index in ((None,) if values.ndim == 1 else range(values.shape[1]))
+    ]
+    found: dict[str, MapEntry] = {}
+    for pattern in patterns:
+        fits = RawPatterns([pattern]).matches
+        wanted = {one.channel: one for one in entries if fits(one.channel)}
+        if not wanted:
+            known = [*log.messages, *(one.channel for one in entries)]
+            remedy = did_you_mean(pattern, known, f"it has {format_names(log.messages, 20)}")
+            remarks.append(f"{log.path.name} has no field '{pattern}'; {remedy}")
+        found |= wanted
+    return [one for name, one in found.items() if is_raw_channel(name)]
 
 
 def clipped_remarks(clipped: Mapping[str, int]) -> tuple[str, ...]:

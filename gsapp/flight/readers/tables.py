@@ -64,6 +64,11 @@ def _flatten(content: dict[str, Any]) -> tuple[dict[str, FloatArray], dict[str, 
         else {}
     )
     _collect("", content, columns)
+    # What this program writes: raw channels have names that no variable can have.
+    names = content.get("names")
+    if units and isinstance(names, Mapping):
+        columns = {str(names.get(name, name)): values for name, values in columns.items()}
+        units = {str(names.get(name, name)): unit for name, unit in units.items()}
     return columns, units
 
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 import contextlib
 import io
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gsapp.decoding.flight_modes import px4_state
 from gsapp.flight.events import Event
+from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import BoolArray, FloatArray
 
 _MAGIC = b"ULog\x01\x12\x35"
+_STATUS = "vehicle_status"
+"""Topic that holds the flight mode."""
 _HEADER = 16
 """Bytes before the first message."""
 _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
@@ -73,7 +77,30 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Foreig
         for message in parsed.logged_messages
         if message.timestamp > 0
     )
-    return ForeignLog(path=file, tables=tables, events=events, remarks=tuple(remarks))
+    return ForeignLog(
+        path=file,
+        tables=tables,
+        events=(*events, *_modes(tables), *_parameters(parsed)),
+        remarks=tuple(remarks),
+    )
+
+
+def _modes(tables: Mapping[tuple[str, str], LogTable]) -> Iterator[Event]:
+    """Yield the changes of the navigation state."""
+    table = tables.get((_STATUS, "0"))
+    states = None if table is None else table.fields.get("nav_state")
+    if table is None or states is None:
+        return
+    changed = np.flatnonzero(np.diff(states, prepend=-1.0))
+    for time, state in zip(table.times[changed].tolist(), states[changed].tolist(), strict=True):
+        yield Event(kind="mode", text=f"Flight mode {px4_state(int(state))}", time=time)
+
+
+def _parameters(parsed: Any) -> tuple[Event, ...]:
+    start = float(parsed.start_timestamp) * 1e-6
+    first = [(start, str(name), float(v)) for name, v in parsed.initial_parameters.items()]
+    changes = [(int(time) * 1e-6, str(n), float(v)) for time, n, v in parsed.changed_parameters]
+    return parameter_events([*first, *changes])
 
 
 def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:
@@ -127,7 +154,7 @@ def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:
         # Opened here: pyulog leaves a damaged file open, which Windows then neither renames nor
         # deletes.
         with contextlib.redirect_stdout(said), file.open("rb") as stream:
-            parsed = ULog(stream, None if wanted is None else sorted(wanted))
+            parsed = ULog(stream, None if wanted is None else sorted({*wanted, _STATUS}))
     except ULogException as error:
         raise FlightError(
             f"{file} cannot be read as a PX4 .ulg log ({error}); download it again"
