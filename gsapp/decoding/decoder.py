@@ -129,6 +129,7 @@ class Decoder:
         self.clock = FlightClock()
         self._log = NoticeLog(self.flight_time_at)
         self.messages: list[Notice] = self._log.messages
+        self.modes: list[Notice] = self._log.modes
         self.notices: list[Notice] = self._log.notices
         self.unknown: Counter[int] = Counter()
         self.lines = 0

@@ -131,6 +131,7 @@ class NoticeLog:
 
     def __init__(self, flight_time_at: Callable[[int], float | None]) -> None:
         self.messages: list[Notice] = []
+        self.modes: list[Notice] = []
         self.notices: list[Notice] = []
         self._flight_time_at = flight_time_at
         self._keys: set[tuple[str, int, int]] = set()
@@ -166,7 +167,7 @@ class NoticeLog:
 
     def add_mode(self, host: int, system: int, component: int, mode: str) -> None:
         """Add that the vehicle changed its flight mode."""
-        self.messages.append(
+        self.modes.append(
             Notice(
                 kind="mode",
                 time=self._flight_time_at(host),

@@ -473,7 +473,10 @@ def _decode_records(
             bad_lines=decoder.bad_lines,
         ),
         vehicle_messages=(
-            *(event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)),
+            *(
+                event_from_notice(notice)
+                for notice in (*decoder.messages, *decoder.modes, *decoder.notices)
+            ),
             *parameter_events(decoder.parameters),
         ),
         remarks=(

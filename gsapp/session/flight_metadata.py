@@ -138,11 +138,12 @@ class FlightMetadata:
         """Return what the vehicle said, and what was noticed about it, by time."""
         decoder, whole = self.decoder, self._opened.loaded_flight
         if decoder is not None:
-            said = [event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)]
-        elif whole is not None:
             said = [
-                event for event in whole.events if event.kind in ("status", "mode", "parameter")
+                event_from_notice(notice)
+                for notice in (*decoder.messages, *decoder.modes, *decoder.notices)
             ]
+        elif whole is not None:
+            said = [event for event in whole.events if event.kind in _SAID]
         else:
             said = []
         told = [

@@ -366,7 +366,8 @@ def test_text_logs_name_modes_and_say_what_they_are_not(tmp_path):
     )
     log = read_dataflash(path)
     assert log.tables["MODE", ""].fields["ModeNum"].tolist() == [5.0, 10.0]
-    assert [event.text for event in log.events] == ["lost, and found"]
+    texts = [event.text for event in log.events]
+    assert texts == ["lost, and found", "Flight mode FBWA", "Flight mode AUTO"]
     path.write_text("12:00:01 started\n12:00:02 stopped\n")
     with pytest.raises(FlightError, match="not an ArduPilot log"):
         load_flight(path)
