@@ -29,7 +29,7 @@ class Certificate:
     unit: str
     """Unit of `points`, `coefficients`, `hysteresis`, `rms_residual`, `max_residual`."""
     coefficients: tuple[float, ...]
-    """Ascending powers of volts; degree 1 to 3."""
+    """Ascending powers of volts (or what `signal_unit` says); degree 1 to 3."""
     range: tuple[float, float]
     """Lowest and highest voltage covered, V."""
     who: str
@@ -54,6 +54,8 @@ class Certificate:
     """What was calibrated, and what is to be known about it."""
     quality: CalibrationQuality | None = None
     """How good it is; None in files written before that was kept."""
+    signal_unit: str = "V"
+    """What stands here for volts: ``us`` of a servo's pulse, ``count``; `calibration.signals`."""
     si_coefficients: tuple[float, ...] = field(init=False)
     """As `coefficients`, to the SI unit of the channel."""
     end_slopes: tuple[float, float] = field(init=False)

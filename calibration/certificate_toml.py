@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from calibration.certificate import Certificate
 from calibration.points import CalibrationPoint
 from calibration.polynomial_fit import PolynomialFit, turning_points
 from calibration.quality import CalibrationQuality
 from calibration.settings import CALIBRATION
+from calibration.signals import find_signal
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -35,12 +36,12 @@ def _report(problems: list[FileProblem], where: str, what: str, remedy: str) -> 
     problems.append(FileProblem(where=where, what=what, remedy=remedy))
 
 
-def unit_per_volt(unit: str, power: int) -> str:
-    """Return the unit of the coefficient of a power of volts."""
+def unit_per_signal(unit: str, signal: str, power: int) -> str:
+    """Return the unit of the coefficient of a power of the signal, which is in V, us or count."""
     base = difference_unit(unit) if power else unit
     if power == 0:
         return base
-    per = "V" if power == 1 else f"V^{power}"
+    per = signal if power == 1 else f"{signal}^{power}"
     return f"{base or '1'}/{per}"
 
 
@@ -85,8 +86,24 @@ def parse_quantity_in_unit(
         return float("nan")
 
 
+def _parse_signal(text: object) -> tuple[float, str]:
+    """Return a signal as number and unit of its kind; raise ValueError for what is none."""
+    match = _NUMBER_AND_UNIT.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise ValueError(f"'{text}' is no number with a unit; write for example \"1.49 V\"")
+    try:
+        signal = find_signal(match.group(2))
+    except UnitError as error:
+        raise ValueError(str(error)) from error
+    return float(match.group(1)) * signal.factors[match.group(2).strip()], signal.unit
+
+
+_SignalText = Annotated[tuple[float, str], BeforeValidator(_parse_signal)]
+
+
 class _UncertaintySection(StrictModel):
-    volts: tuple[Voltage, ...] = Field(min_length=2)
+    volts: tuple[Voltage, ...] = ()
+    signal: tuple[_SignalText, ...] = ()
     half_width: tuple[str, ...] = Field(min_length=2)
 
 
@@ -143,7 +160,8 @@ def read_quality(
     places: tuple[float, ...] = ()
     half_widths: tuple[float, ...] = ()
     if section.uncertainty is not None:
-        places = section.uncertainty.volts
+        given = section.uncertainty
+        places = given.volts or tuple(number for number, _ in given.signal)
         half_widths = tuple(
             parse_quantity(text, step, f"quality.uncertainty.half_width[{index}]", problems)
             for index, text in enumerate(section.uncertainty.half_width)
@@ -152,8 +170,8 @@ def read_quality(
             _report(
                 problems,
                 "quality.uncertainty",
-                "volts are not increasing, or the number of half widths differs",
-                "write one half width per voltage, in increasing order",
+                "volts (or signal) are not increasing, or the number of half widths differs",
+                "write one half width for each, in increasing order",
             )
     return CalibrationQuality(
         degree=len(fit.coefficients) - 1,
@@ -173,7 +191,7 @@ def read_quality(
     )
 
 
-def quality_content(quality: CalibrationQuality, unit: str) -> dict[str, Any]:
+def quality_content(quality: CalibrationQuality, unit: str, signal: str = "V") -> dict[str, Any]:
     """Return what the section holds; `read_quality` reads it back to six digits."""
     step = difference_unit(unit)
 
@@ -193,7 +211,7 @@ def quality_content(quality: CalibrationQuality, unit: str) -> dict[str, Any]:
         "travel": pair(quality.travel),
         "outliers": list(quality.outliers) or None,
         "uncertainty": {
-            "volts": [f"{float(volts)!r} V" for volts in quality.uncertainty_volts],
+            _signal_key(signal): [f"{float(v)!r} {signal}" for v in quality.uncertainty_volts],
             "half_width": [written(half_width) for half_width in quality.half_widths],
         }
         if quality.uncertainty_volts
@@ -202,20 +220,35 @@ def quality_content(quality: CalibrationQuality, unit: str) -> dict[str, Any]:
     return {key: value for key, value in content.items() if value is not None}
 
 
+def _signal_key(signal: str) -> str:
+    return "volts" if signal == "V" else "signal"
+
+
 SHIPPED_CERTIFICATES_FOLDER = Path(__file__).parent / "files"
 """One folder for each shipped set, such as ``b777``."""
 
 
 class _Point(StrictModel):
-    volts: Voltage
+    volts: Voltage | None = None
+    signal: _SignalText | None = None
     value: str
     direction: Literal["up", "down", "single"] = "single"
-    noise: Voltage = 0.0
+    noise: _SignalText = (0.0, "V")
+
+    @property
+    def level(self) -> float:
+        return self.signal[0] if self.signal is not None else self.volts or 0.0
+
+    @model_validator(mode="after")
+    def _must_have_one_signal(self) -> _Point:
+        if (self.volts is None) == (self.signal is None):
+            raise ValueError('needs one of volts = "1.49 V" and signal = "1500 us"')
+        return self
 
 
 class _FitSection(StrictModel):
     coefficients: tuple[str, ...] = Field(min_length=2, max_length=CALIBRATION.max_degree + 1)
-    range: tuple[Voltage, Voltage]
+    range: tuple[_SignalText, _SignalText]
     rms_residual: str | None = None
     max_residual: str | None = None
     hysteresis: str | None = None
@@ -247,20 +280,25 @@ def load_certificate(path: str | Path) -> Certificate:
     file = read_toml(path, _CertificateFile)
     problems: list[FileProblem] = []
     key, unit = _channel_and_unit(file, problems)
+    (low, signal), (high, other) = file.fit.range
+    if other != signal:
+        _report(problems, "fit.range", f"begins in {signal} and ends in {other}", "use one unit")
     if problems:
         raise FileProblemsError(path, problems)
     coefficients = tuple(
-        parse_quantity(text, unit_per_volt(unit, power), f"fit.coefficients[{power}]", problems)
+        parse_quantity(
+            text, unit_per_signal(unit, signal, power), f"fit.coefficients[{power}]", problems
+        )
         for power, text in enumerate(file.fit.coefficients)
     )
     points = tuple(
         CalibrationPoint(
-            volts=point.volts,
+            volts=point.level,
             value=parse_quantity_in_unit(
                 point.value, unit, key, f"points[{index}].value", problems
             ),
             direction=point.direction,
-            noise=point.noise,
+            noise=point.noise[0],
         )
         for index, point in enumerate(file.points)
     )
@@ -295,7 +333,7 @@ def load_certificate(path: str | Path) -> Certificate:
         channel=file.channel,
         unit=unit,
         coefficients=coefficients,
-        range=file.fit.range,
+        range=(low, high),
         who=file.who,
         stamp=file.stamp,
         points=points,
@@ -308,6 +346,7 @@ def load_certificate(path: str | Path) -> Certificate:
         instrument=file.instrument,
         notes=file.notes,
         quality=quality,
+        signal_unit=signal,
     )
 
 
@@ -380,7 +419,7 @@ def shipped_certificate_sets() -> tuple[str, ...]:
 
 def certificate_content(certificate: Certificate) -> dict[str, Any]:
     """Return what the file of a certificate holds; `load_certificate` reads it back exactly."""
-    unit = certificate.unit
+    unit, signal = certificate.unit, certificate.signal_unit
     step = difference_unit(unit)
     content: dict[str, Any] = {
         "channel": certificate.channel,
@@ -398,22 +437,22 @@ def certificate_content(certificate: Certificate) -> dict[str, Any]:
     content["ratiometric"] = certificate.ratiometric
     content["fit"] = {
         "coefficients": [
-            f"{float(coefficient)!r} {unit_per_volt(unit, power)}".rstrip()
+            f"{float(coefficient)!r} {unit_per_signal(unit, signal, power)}".rstrip()
             for power, coefficient in enumerate(certificate.coefficients)
         ],
-        "range": [f"{float(volts)!r} V" for volts in certificate.range],
+        "range": [f"{float(end)!r} {signal}" for end in certificate.range],
         "rms_residual": f"{certificate.rms_residual:.6g} {step}".rstrip(),
         "max_residual": f"{certificate.max_residual:.6g} {step}".rstrip(),
         "hysteresis": f"{certificate.hysteresis:.6g} {step}".rstrip(),
     }
     if certificate.quality is not None:
-        content["quality"] = quality_content(certificate.quality, unit)
+        content["quality"] = quality_content(certificate.quality, unit, signal)
     content["points"] = [
         {
-            "volts": f"{float(point.volts)!r} V",
+            _signal_key(signal): f"{float(point.volts)!r} {signal}",
             "value": f"{float(point.value)!r} {unit}".rstrip(),
             "direction": point.direction,
-            **({"noise": f"{point.noise:.3g} V"} if point.noise else {}),
+            **({"noise": f"{point.noise:.3g} {signal}"} if point.noise else {}),
         }
         for point in certificate.points
     ]
@@ -448,7 +487,7 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
             "is missing; a ratiometric instrument requires it",
             'add the supply during calibration, as excitation_voltage = "5.0 V"',
         )
-    low, high = file.fit.range
+    (low, _), (high, _) = file.fit.range
     if not low < high:
         _report(problems, "fit.range", "ends before it begins", "swap the two")
     return key, unit
@@ -457,7 +496,7 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
 def _check_curve(
     file: _CertificateFile, coefficients: tuple[float, ...], problems: list[FileProblem]
 ) -> None:
-    turning = turning_points(coefficients, *file.fit.range)
+    turning = turning_points(coefficients, file.fit.range[0][0], file.fit.range[1][0])
     if turning or not any(coefficients[1:]):
         what = f"turns back at {turning[0]:.3f} V" if turning else "is flat"
         _report(
@@ -466,12 +505,12 @@ def _check_curve(
             f"the curve {what}; a voltage has no unique value",
             "fit again with a lower degree, or narrow fit.range",
         )
-    low, high = file.fit.range
+    (low, signal), (high, _) = file.fit.range
     for index, point in enumerate(file.points):
-        if not low - 1e-9 <= point.volts <= high + 1e-9:
+        if not low - 1e-9 <= point.level <= high + 1e-9:
             _report(
                 problems,
                 f"points[{index}].volts",
-                f"{point.volts:g} V lies outside fit.range",
+                f"{point.level:g} {signal} lies outside fit.range",
                 "widen fit.range to cover all points",
             )

@@ -33,6 +33,7 @@ def fit_calibration(
     degree: int | None = None,
     travel: tuple[float, float] | None = None,
     setting_error: float | None = None,
+    resolution: float = ADC_RESOLUTION,
 ) -> Calibration:
     """Draw a curve through calibration points and judge it.
 
@@ -47,6 +48,8 @@ def fit_calibration(
     setting_error : float, optional
         Standard deviation of one setting as known beforehand, in the unit of the values: about
         0.15 deg for a protractor read to half a degree. Without it the points alone tell.
+    resolution : float, optional
+        Smallest step of the volts, or of what stands for them.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def fit_calibration(
         branch_fit,
         rivals=_competing_fits(readings, losses, chosen, setting_error),
         travel=travel,
-        count=ADC_RESOLUTION,
+        count=resolution,
         outliers=outliers,
     )
     return Calibration(fit=fit, quality=quality, losses=losses, branch_fit=branch_fit)
@@ -104,6 +107,7 @@ def create_certificate(
     temperature: float | None = None,
     instrument: str = "",
     notes: str = "",
+    signal_unit: str = "V",
 ) -> Certificate:
     """Write down a calibration as the certificate of an instrument."""
     volts = [point.volts for point in points]
@@ -124,6 +128,7 @@ def create_certificate(
         instrument=instrument,
         notes=notes,
         quality=calibration.quality,
+        signal_unit=signal_unit,
     )
 
 

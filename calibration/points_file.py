@@ -1,6 +1,7 @@
 """Calibration points as a CSV file: ``angle [deg],volts [V],direction``, one line for each point.
 
-The first column may be called ``value`` or by the channel, too. A column ``excitation [V]`` gives
+The first column may be called ``value`` or by the channel, too; the second ``pulse [us]`` or
+``counts [count]``. A column ``excitation [V]`` gives
 the supply at each point; the volts are then referred to its mean.
 """
 
@@ -10,16 +11,19 @@ import csv
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from calibration.points import DIRECTION_TEXT, CalibrationPoint, Direction
 from calibration.settings import CALIBRATION
+from calibration.signals import SIGNALS, Signal, find_signal
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.quantities import channel, from_si, normalize_unit, to_si
+from gsapp.quantities import ChannelSpec, channel, from_si, normalize_unit, to_si
 
 MAX_PROBLEMS = 20
+_SUPPLY = CALIBRATION.supply_range
+_USUAL_SIGNALS = {"pulse": "us", "counts": "count"}
 
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
@@ -40,6 +44,8 @@ class PointsFile:
     """Where each point stands."""
     excitation: float | None = None
     """Mean supply, V."""
+    signal: Signal = SIGNALS[0]
+    """What was read at each point, where it is not volts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +116,8 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
         )
     if problems:
         raise FileProblemsError(path, problems[:MAX_PROBLEMS])
-    return _points_file(columns["value"].unit, found)
+    made = _points_file(columns["value"].unit, found)
+    return replace(made, signal=find_signal(columns["volts"].unit))
 
 
 def _points_file(unit: str, found: list[tuple[int, dict[str, float], Direction]]) -> PointsFile:
@@ -168,7 +175,8 @@ def _columns(
     spec = channel(channel_id)
     names = {
         "angle": "value", "value": "value", channel_id: "value", "volts": "volts",
-        f"{channel_id}_volts": "volts", "excitation": "excitation", "direction": "direction",
+        f"{channel_id}_volts": "volts", "pulse": "volts", "counts": "volts",
+        "excitation": "excitation", "direction": "direction",
     }  # fmt: skip
     columns: dict[str, _Column] = {}
     direction_at: int | None = None
@@ -187,22 +195,14 @@ def _columns(
         if key == "direction":
             direction_at = place
             continue
-        quantity = spec.quantity if key == "value" else "voltage"
-        limits = {
-            "value": spec.limits,
-            "volts": CALIBRATION.volts_range,
-            "excitation": CALIBRATION.supply_range,
-        }[key]
         if match["unit"] is None:
-            usual = spec.si_display if key == "value" else "V"
+            usual = spec.si_display if key == "value" else _USUAL_SIGNALS.get(name, "V")
             problems.append(_problem(line, f"'{name}' has no unit", f"write '{name} [{usual}]'"))
             continue
         try:
-            unit = normalize_unit(match["unit"], quantity)
+            columns[key] = _column(place, name, key, match["unit"], spec)
         except UnitError as error:
             problems.append(FileProblem.from_error(f"line {line}", error))
-            continue
-        columns[key] = _column(place, name, unit, quantity, limits, keep=key == "value")
     for key, example in (("value", "angle [deg]"), ("volts", "volts [V]")):
         if key not in seen:
             problems.append(
@@ -211,17 +211,31 @@ def _columns(
     return columns, direction_at
 
 
-def _column(
-    place: int, name: str, unit: str, quantity: str, limits: tuple[float, float], *, keep: bool
-) -> _Column:
-    """Return a column; its numbers stay in their unit, or become SI."""
+def _column(place: int, name: str, key: str, unit: str, spec: ChannelSpec) -> _Column:
+    """Return a column; values stay in their unit, a signal and the supply become V, us or count.
+
+    Raise UnitError if it cannot have that unit.
+    """
+    if key == "volts":
+        signal = find_signal(unit)
+        factor = signal.factors[unit.strip()]
+        low, high = (limit / factor for limit in signal.limits)
+        return _Column(
+            place=place, heading=name, unit=unit.strip(), limits=(low, high),
+            convert=lambda number: number * factor,
+        )  # fmt: skip
+    value = key == "value"
+    quantity, limits = (spec.quantity, spec.limits) if value else ("voltage", _SUPPLY)
+    unit = normalize_unit(unit, quantity)
     low, high = (from_si(limit, unit, quantity) for limit in limits)
     return _Column(
         place=place,
         heading=name,
         unit=unit,
         limits=(low, high),
-        convert=(lambda number: number) if keep else (lambda number: to_si(number, unit, quantity)),
+        convert=(lambda number: number)
+        if value
+        else (lambda number: to_si(number, unit, quantity)),
     )
 
 

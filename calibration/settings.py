@@ -35,6 +35,8 @@ class CalibrationSettings:
     # Settings of a plan.
     min_settings: int = 3  # Settings that a calibration takes.
     check_settings: int = 3  # Settings of a check.
+    pulse_range: tuple[float, float] = (0.0, 20_000.0)  # Microseconds that a pulse may last.
+    counts_range: tuple[float, float] = (-(2.0**32), 2.0**32)  # Counts of any converter.
     volts_range: tuple[float, float] = (-15.0, 15.0)  # Volts that a converter may read ...
     supply_range: tuple[float, float] = (0.5, 30.0)  # ... and that may supply a potentiometer.
 

@@ -31,8 +31,8 @@ def calibrate(
         typer.Argument(
             metavar="POINTS.csv",
             readable=False,
-            help="CSV with columns angle [deg], volts [V], direction (increasing or "
-            "decreasing), optional excitation [V]",
+            help="CSV with columns angle [deg], volts [V] (or pulse [us], counts [count]), "
+            "direction (increasing or decreasing), optional excitation [V]",
         ),
     ],
     channel: Annotated[str, typer.Option(metavar="ID", help="Channel, such as elevator_left")],
@@ -96,7 +96,9 @@ def calibrate(
     taken = load_points(points, channel)
     supply = taken.excitation or excitation
     _check_supply(supply)
-    made = fit_calibration(taken.points, degree=degree, travel=ends)
+    made = fit_calibration(
+        taken.points, degree=degree, travel=ends, resolution=taken.signal.resolution
+    )
     certificate = create_certificate(
         made,
         taken.points,
@@ -107,6 +109,7 @@ def calibrate(
         excitation_voltage=supply,
         ratiometric=supply is not None,
         temperature=None if temperature is None else to_si(temperature, "degC", "temperature"),
+        signal_unit=taken.signal.unit,
     )
     drifts = [(path, compute_drift(certificate, load_certificate(path))) for path in former or ()]
     sentences = collect_remarks(made, taken.points, taken.unit)
@@ -246,7 +249,7 @@ def _quality_rows(made: Calibration) -> list[tuple[str, str]]:
         ("return to zero", shown(quality.return_to_zero)),
         ("linearity (from the best line)", f"{quality.linearity:z.3f}"),
         ("repeatability, std", shown(quality.scatter)),
-        ("ADC resolution", f"{quality.resolution:z.3f}"),
+        ("resolution", f"{quality.resolution:z.3f}"),
         ("covered", f"{quality.covered[0]:g} to {quality.covered[1]:g}"),
     ]
 
@@ -257,7 +260,7 @@ def _points_table(made: Calibration, taken: PointsFile) -> Table:
     from calibration.points import DIRECTION_TEXT
 
     unit = taken.unit
-    table = Table("line", f"set, {unit}", "volts", "direction", f"residual, {unit}")
+    table = Table("line", f"set, {unit}", taken.signal.name, "direction", f"residual, {unit}")
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
         table.add_row(

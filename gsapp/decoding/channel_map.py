@@ -19,8 +19,10 @@ A map is a TOML file::
 ``source`` is ``MESSAGE[selector].field[index]``. The selector picks one of several senders: text
 is compared with the field ``name``, a number with the field that numbers the instances;
 ``[field=value]`` names the field. ``line[3]`` is the fourth column of a line of text. SI value =
-unit(scale * field + offset). ``missing`` lists raw values that mean "not known"; ``valid`` names a
-field that is zero where the value does not count.
+unit(scale * field + offset); with ``table = [[1000, -21.0], [2000, 19.5]]`` or
+``polynomial = [c0, c1, c2]`` the field is what the table or polynomial makes of it. ``missing``
+lists raw values that mean "not known"; ``valid`` names a field that is zero where the value does
+not count.
 
 Text links may list their columns instead, as the Flight CSV does::
 
@@ -45,7 +47,9 @@ from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from calibration.signals import find_signal
 from gsapp.decoding.conversions import CONVERSIONS
+from gsapp.decoding.curves import Curve
 from gsapp.decoding.messages import MessageLayout, message_id, message_layout, stamp_field_of
 from gsapp.foundation import (
     FileProblem,
@@ -58,7 +62,7 @@ from gsapp.foundation import (
 from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import close_matches, did_you_mean
 from gsapp.foundation.toml import validate_content
-from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
+from gsapp.quantities import INSTRUMENTS, base_id, channel, normalize_unit
 from gsapp.quantities.fields import Time
 
 SHIPPED_CHANNEL_MAPS = ShippedFiles(folder=Path(__file__).parent / "maps", kind="channel map")
@@ -103,26 +107,32 @@ class MapEntry:
     message: str  # Name of the message; ``line`` for text, ``table`` for a column of a table.
     inputs: tuple[FieldRef, ...]
     """One, or as many as the conversion takes (an array field counts for its elements)."""
-    unit: str  # Unit of ``scale * field + offset``; volts where `calibration` is given.
+    unit: str  # Unit of ``scale * field + offset``; of the signal where `calibration` is given.
     selector: Selector | None = None
     scale: float = 1.0
     offset: float = 0.0
     """See `unit`."""
     priority: int = 1  # Lower goes first.
     kind: SourceKind = "measured"  # What the vehicle does for it.
-    calibration: str | None = None  # Channel of the certificate that turns volts into this channel.
+    calibration: str | None = None  # Channel of the certificate that gives this channel.
     time: str | None = None
     """Field with the vehicle's time, ``arrival``, or None for the message's own."""
     convert: str | None = None  # Name in `gsapp.decoding.conversions.CONVERSIONS`.
+    curve: Curve | None = None  # From the field to what `scale` and `offset` apply to.
     missing: tuple[float, ...] = ()  # Raw values that mean "not known".
     valid: str | None = None
     """Field of the same message that is zero where the value does not count."""
 
     @property
     def volts_channel(self) -> str:
-        """Return the channel that keeps the volts before calibration: ``q_volts.2`` of ``q.2``."""
+        """Return the channel that keeps what is calibrated: ``q_volts.2`` of ``q.2``.
+
+        It is raw, ``signal.de_command``, where no instrument of the channel gives volts.
+        """
         base = base_id(self.channel)
-        return f"{base}_volts{self.channel[len(base) :]}"
+        if base in INSTRUMENTS and find_signal(self.unit).unit == "V":
+            return f"{base}_volts{self.channel[len(base) :]}"
+        return f"signal.{self.channel.replace('.', '_')}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -201,6 +211,8 @@ class _EntryTable(StrictModel):
     calibration: str | None = None
     time: str | None = None
     convert: str | None = None
+    table: list[tuple[float, float]] = Field(default_factory=list)
+    polynomial: list[float] = Field(default_factory=list)
     missing: list[float] = Field(default_factory=list)
     valid: str | None = None
 
@@ -363,6 +375,7 @@ class _Reader:
             self._check_valid(where, layout, row.valid)
         chosen = self._selector(f"{where}.source", layout, selector) if selector else None
         self._check_convert(where, row, layout, inputs)
+        curve = self._curve(where, row)
         if len(self._problems) > before or unit is None:
             return None
         return MapEntry(
@@ -379,6 +392,7 @@ class _Reader:
             calibration=row.calibration,
             time=row.time,
             convert=row.convert,
+            curve=curve,
             missing=tuple(row.missing),
             valid=row.valid,
         )
@@ -392,7 +406,10 @@ class _Reader:
             self._report_error(where if in_text else f"{where}.id", error)
             return None
         try:
-            return normalize_unit(unit, "voltage" if volts else spec.quantity)
+            if volts:
+                find_signal(unit)
+                return unit.strip()
+            return normalize_unit(unit, spec.quantity)
         except UnitError as error:
             self._report_error(where if in_text else f"{where}.unit", error)
             return None
@@ -400,13 +417,10 @@ class _Reader:
     def _check_calibration(self, where: str, row: _EntryTable) -> None:
         if row.calibration is None:
             return
-        # Of an id that is none, nothing more is to be said.
-        known = base_id(row.id) in CHANNELS
-        for name in {row.calibration, f"{base_id(row.id)}_volts"} if known else {row.calibration}:
-            try:
-                channel(name)
-            except UnknownNameError as error:
-                self._report_error(f"{where}.calibration", error)
+        try:
+            channel(row.calibration)
+        except UnknownNameError as error:
+            self._report_error(f"{where}.calibration", error)
 
     def _sources(
         self, where: str, source: str | list[str]
@@ -508,6 +522,23 @@ class _Reader:
                 f"gives {len(inputs)} numbers, and {row.convert} takes {conversion.inputs}",
                 conversion.meaning,
             )
+
+    def _curve(self, where: str, row: _EntryTable) -> Curve | None:
+        given = [key for key in ("table", "polynomial") if getattr(row, key)]
+        if not given:
+            return None
+        others = [key for key in ("convert", "calibration") if getattr(row, key) is not None]
+        if len(given) + len(others) > 1:
+            names = " and ".join((*given, *others))
+            self._report(f"{where}.{given[0]}", f"{names} exclude each other", "keep one of them")
+        points = sorted(row.table)
+        if given[0] == "table" and len({raw for raw, _ in points}) < max(len(points), 2):
+            self._report(
+                f"{where}.table",
+                "has fewer than two points, or two for one raw value",
+                "write [[raw, value], [raw, value]]",
+            )
+        return Curve(points=tuple(points), coefficients=tuple(row.polynomial))
 
     def _check_time(self, where: str, layout: MessageLayout, time: str | None) -> None:
         if time in (None, ARRIVAL):

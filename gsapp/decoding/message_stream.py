@@ -17,10 +17,12 @@ import numpy.typing as npt
 
 from calibration import Certificate
 from calibration.certificate import reference_ratio
+from calibration.signals import find_signal
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
 from gsapp.decoding.grid import Numbers, column_index
 from gsapp.decoding.settings import DECODING
+from gsapp.foundation import FlightError
 from gsapp.quantities import (
     CIRCULAR_CHANNELS,
     STEPWISE_CHANNELS,
@@ -51,8 +53,11 @@ def field_values(columns: MessageColumns, ref: FieldRef) -> FloatArray:
 
 
 def linear_factors(entry: MapEntry) -> tuple[float, float]:
-    """Return factor and offset from the raw number to SI (to V, where it is calibrated)."""
-    key = "voltage" if entry.calibration else channel(entry.channel).quantity
+    """Return factor and offset from the raw number to SI, to the signal where it is calibrated."""
+    if entry.calibration is not None:
+        factor = find_signal(entry.unit).factors[entry.unit]
+        return factor * entry.scale, factor * entry.offset
+    key = channel(entry.channel).quantity
     zero = to_si(0.0, entry.unit, key)
     factor = to_si(1.0, entry.unit, key) - zero
     return factor * entry.scale, factor * entry.offset + zero
@@ -179,6 +184,16 @@ def _extrapolate(certificate: Certificate, volts: float) -> float:
     return value + (volts - inside) * certificate.end_slopes[not below]
 
 
+def _check_signal(entry: MapEntry, certificate: Certificate) -> None:
+    given = find_signal(entry.unit).unit
+    if given != certificate.signal_unit:
+        raise FlightError(
+            f"the certificate of {certificate.channel} is for {certificate.signal_unit}, and the "
+            f"channel map gives {entry.source} in {given}; correct the unit in the map, or take "
+            "another certificate"
+        )
+
+
 class MessageStream:
     """The channels that come from one message of one sender.
 
@@ -217,6 +232,7 @@ class MessageStream:
                 continue
             certificate = certificates.get(entry.calibration)
             if certificate is not None:
+                _check_signal(entry, certificate)
                 calibrated.append((len(outputs), certificate))
                 outputs.append(StreamColumn(channel=entry.channel, entry=entry, calibrated=True))
             outputs.append(
@@ -375,6 +391,19 @@ class MessageStream:
         name = self.outputs[column].channel
         self.clipped[name] = self.clipped.get(name, 0) + clipped
 
+    def _conversion(self, place: int, entry: MapEntry) -> Conversion:
+        """Return the conversion that an entry names, or that its curve is."""
+        curve = entry.curve
+        if curve is None:
+            return CONVERSIONS[entry.convert or ""]
+
+        def compute(parts: tuple[FloatArray, ...]) -> FloatArray:
+            if beyond := curve.count_beyond(parts[0]):
+                self._count(place, beyond)
+            return curve.evaluate(parts[0])
+
+        return Conversion(name="", inputs=1, compute=compute, meaning="")
+
     def _plan_fields(self) -> None:
         """Gather where the raw numbers come from; elements of an array are fetched together."""
         wanted = [output.entry.inputs[0] for output in self.outputs]
@@ -389,8 +418,8 @@ class MessageStream:
         for place, output in enumerate(self.outputs):
             entry = output.entry
             ref = entry.inputs[0]
-            if entry.convert is not None:
-                conversion = CONVERSIONS[entry.convert]
+            if entry.convert is not None or entry.curve is not None:
+                conversion = self._conversion(place, entry)
                 self._converted.append((place, conversion, entry.inputs))
                 inputs = range(len(wanted), len(wanted) + len(entry.inputs))
                 self._conversions.append((place, conversion, inputs))
@@ -402,7 +431,7 @@ class MessageStream:
                 elements.append(ref.index)
                 places.append(place)
             # Of a conversion the numbers that go in may be missing, not what comes out.
-            if entry.missing and entry.convert is None:
+            if entry.missing and entry.convert is None and entry.curve is None:
                 missing += [(place, value) for value in entry.missing]
                 self._missing.append((place, frozenset(entry.missing)))
             if entry.valid:

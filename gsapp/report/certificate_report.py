@@ -17,6 +17,7 @@ from calibration.points import DIRECTION_TEXT, Direction
 from calibration.polynomial_fit import evaluate_polynomial
 from calibration.quality import CalibrationQuality
 from calibration.settings import FIT_ORDER_TITLES
+from calibration.signals import find_signal
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError, write_atomically
@@ -65,7 +66,8 @@ def draw_certificate(container: FigureBase, standing: CertificateStatus) -> None
         axes.grid(True, color=PRINT_PALETTE.faint, linewidth=0.4)
         axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
         axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
-        axes.set_xlabel("volts [V]")
+        signal = find_signal(standing.certificate.signal_unit)
+        axes.set_xlabel(f"{signal.name} [{signal.unit}]")
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
 
@@ -262,7 +264,8 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
         + _ambient_conditions(certificate.temperature, units),
         "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
         "Curve": f"{FIT_ORDER_TITLES.get(certificate.degree, '')}, {_formula(certificate)}",
-        "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} V, "
+        "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} "
+        f"{certificate.signal_unit}, "
         f"{low} to {high} {unit}".rstrip(),
         "Notes": certificate.notes,
     }
@@ -282,7 +285,7 @@ def _formula(certificate: Certificate) -> str:
         volts = {0: "", 1: " v"}.get(power, f" v^{power}")
         sign = ("- " if coefficient < 0.0 else "+ ") if power else ("-" if coefficient < 0 else "")
         terms.append(f"{sign}{abs(coefficient):.6g}{volts}")
-    return f"{' '.join(terms)} {certificate.unit}, v in volts"
+    return f"{' '.join(terms)} {certificate.unit}, v in {find_signal(certificate.signal_unit).name}"
 
 
 def _summary_text(standing: CertificateStatus) -> tuple[Paragraph, Paragraph]:
@@ -366,9 +369,12 @@ def quality_rows(
 def _points_table(certificate: Certificate) -> DocumentTable:
     """Return every point, those of one setting in a row; long lists in two columns."""
     rows = _setting_rows(certificate)
-    heads: tuple[str, ...] = ("set to", "V, increasing", "off", "V, decreasing", "off")
+    signal = find_signal(certificate.signal_unit)
+    heads: tuple[str, ...] = (
+        "set to", f"{signal.unit}, increasing", "off", f"{signal.unit}, decreasing", "off",
+    )  # fmt: skip
     if all(point.direction == "single" for point in certificate.points):
-        rows, heads = [row[:3] for row in rows], ("set to", "volts", "off")
+        rows, heads = [row[:3] for row in rows], ("set to", signal.name, "off")
     if len(rows) > _MOST_ROWS:
         half = (len(rows) + 1) // 2
         rest = [*rows[half:], *[("",) * len(heads)] * (2 * half - len(rows))]
@@ -378,7 +384,7 @@ def _points_table(certificate: Certificate) -> DocumentTable:
         columns=heads,
         rows=tuple(rows),
         numeric=frozenset(range(len(heads))),
-        caption=f"Setting and residual, in {certificate.unit or '1'}; measured in V",
+        caption=f"Setting and residual, in {certificate.unit or '1'}; measured in {signal.unit}",
     )
 
 

@@ -47,10 +47,10 @@ FILES = DOCS / "reference" / "files.md"
 PAGES = sorted([ROOT / "README.md", *DOCS.rglob("*.md")])
 _BLOCK = re.compile(r"^ *```(\w+)[ ]?([\w-]*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 _CHECKED = {
-    "flight", "events", "flight-csv", "aircraft", "channel-map", "mixed-map", "text-map", "lines",
-    "table-map", "table", "numbers-map", "raw-map", "certificate", "limits", "plan", "model",
-    "layout", "weights", "swings", "linear-model", "cards", "checklist", "points", "fence",
-    "calibration-plan",
+    "flight", "events", "flight-csv", "aircraft", "channel-map", "mixed-map", "servo-map",
+    "text-map", "lines", "table-map", "table", "numbers-map", "raw-map", "certificate", "limits",
+    "plan", "model", "layout", "weights", "swings", "linear-model", "cards", "checklist", "points",
+    "fence", "calibration-plan",
 }  # fmt: skip
 
 
@@ -106,6 +106,15 @@ def test_the_map_of_a_v_tail_centers_its_servos(example: Example) -> None:
     assert elevator.scale * 1500.0 + elevator.offset == pytest.approx(0.0)
     assert elevator.scale * 2000.0 + elevator.offset == pytest.approx(12.0)
     assert (elevator.scale, rudder.offset) == (rudder.scale, 0.0)
+
+
+def test_pulses_of_servos_become_degrees(example: Example) -> None:
+    elevator, aileron, rudder = load_channel_map(example("toml", "servo-map")).entries
+    assert elevator.curve is not None
+    assert elevator.curve.evaluate(np.array([1500.0]))[0] == pytest.approx(0.5)
+    assert aileron.curve is not None
+    assert aileron.curve.evaluate(np.array([1500.0]))[0] == pytest.approx(1.45)
+    assert (rudder.unit, rudder.calibration) == ("us", "dr_command")
 
 
 def test_lines_of_text_become_samples(example: Example) -> None:

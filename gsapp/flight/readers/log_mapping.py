@@ -331,12 +331,11 @@ def _inputs(table: LogTable, entry: MapEntry) -> dict[FieldRef, FloatArray] | No
 def _unit(entry: MapEntry, table: LogTable, remarks: list[str]) -> str:
     """Return the unit of the field: that of the log, where it states one that fits."""
     stated = table.units.get(entry.inputs[0].field, "")
-    if not stated or entry.scale != 1.0 or entry.offset != 0.0 or entry.convert is not None:
+    changed = entry.convert is not None or entry.curve is not None
+    if not stated or entry.scale != 1.0 or entry.offset != 0.0 or changed or entry.calibration:
         return entry.unit
     try:
-        unit = normalize_unit(
-            stated, "voltage" if entry.calibration else channel(entry.channel).quantity
-        )
+        unit = normalize_unit(stated, channel(entry.channel).quantity)
     except UnitError:
         return entry.unit
     if unit != entry.unit:
