@@ -169,12 +169,19 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
     for name, one in outcome.summary.derivatives.items():
         if name in content["campaign"]:
             content["campaign"][name]["disagreement"] = one.value.disagreement
-    vanes = {
-        one.channel: {"ahead": one.ahead, "std": one.std, "position": list(one.position)}
-        for one in outcome.vanes
-    }
+    instruments = [
+        {
+            "channel": one.channel,
+            "kind": one.kind,
+            "value": one.value,
+            "std": one.std,
+            "position": None if one.position is None else list(one.position),
+            "alternatives": list(one.alternatives),
+        }
+        for one in outcome.instruments
+    ]
     return content | {
-        "vanes": vanes,
+        "instruments": instruments,
         "calibration": calibration_json(one.flight for one in opened),
     }
 

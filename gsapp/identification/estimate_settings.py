@@ -183,15 +183,16 @@ class EstimateSettings(ManeuverSettings, FitSettings):
                    "maneuvers are weak."),
         option="--joint")
     single_method: bool = setting(
-        False, "Single method",
-        "Do not compute the other methods beside the one chosen. Saves time; contradictions "
-        "between methods then stay unseen.",
+        False, QT_TR_NOOP("Single method"),
+        QT_TR_NOOP("Do not compute the other methods beside the one chosen. Saves time; "
+                   "contradictions between methods then stay unseen."),
         option="--single-method")
-    vane_positions: Literal["find", "file"] = setting(
-        "find", QT_TR_NOOP("Vane positions"),
-        QT_TR_NOOP("find: where the flow vanes contradict the other instruments, use the position "
-                   "at which they agree and say so; file: use the aircraft file's."),
-        option="--vane-positions",
+    instruments: Literal["find", "file"] = setting(
+        "find", QT_TR_NOOP("Instruments"),
+        QT_TR_NOOP("find: where instruments contradict each other, correct the position of a vane "
+                   "or the delay of a channel with which they agree, and say so; file: as in the "
+                   "aircraft file."),
+        option="--instruments",
         choices=(("find", QT_TR_NOOP("Find")), ("file", QT_TR_NOOP("As in the aircraft file"))))
     weights: str = setting(
         "", QT_TR_NOOP("Weights"),

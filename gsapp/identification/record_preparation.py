@@ -123,8 +123,10 @@ def advance_samples(samples: FloatArray, steps: float) -> FloatArray:
     """Return what a signal shows so many sample times later, shape (n,), or several, (n, k).
 
     Cubic between samples, linear beside missing ones. The last samples, of which nothing later is
-    known, are missing.
+    known, are missing; with fewer than no steps the first ones, of which nothing earlier is known.
     """
+    if steps < 0.0:
+        return advance_samples(samples[::-1], -steps)[::-1]
     whole, part = divmod(steps, 1.0)
     count = len(samples)
     unknown = np.full((int(whole) + 3, *samples.shape[1:]), np.nan)

@@ -178,7 +178,10 @@ def _print_attas(
     V, qbar = (float(data[:, headings.index(name)].mean()) for name in ("V [m/s]", "qbar [Pa]"))
     rows = {
         method: compute_dimensional_derivatives(
-            outcome.result.values, V, qbar, {one.channel: one.ahead for one in outcome.vanes}
+            outcome.result.values,
+            V,
+            qbar,
+            {one.channel: one.value for one in outcome.instruments if one.kind == "position"},
         )
         for method, outcome in outcomes.items()
     }
@@ -192,8 +195,8 @@ def _print_table(
     published: Mapping[str, float],
 ) -> None:
     print(f"\n{title}: value (difference from published in percent, in bounds)")
-    for one in next(iter(outcomes.values())).vanes:
-        print(f"  {one.channel} vane found {one.ahead:.2f} +- {one.std:.2f} m ahead of the CG")
+    for one in next(iter(outcomes.values())).instruments:
+        print(f"  {one.text}")
     print(f"  {'':9}{'published':>10}" + "".join(f"{method:>26}" for method in rows))
     for name, value in published.items():
         cells = ""

@@ -15,10 +15,10 @@ from gsapp.flight import Flight
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.compatibility import (
     CompatibilitySettings,
-    VanePosition,
+    InstrumentError,
     check_compatibility,
-    find_vane_positions,
-    with_vane_positions,
+    correct_instruments,
+    find_instrument_errors,
 )
 from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
 from gsapp.identification.compatibility.results import format_error_with_bound
@@ -80,10 +80,12 @@ def test_errors_are_recovered_within_their_bounds() -> None:
 def at_wrong_position(maneuver: Maneuver, alpha: float, beta: float) -> Maneuver:
     """Return a maneuver whose aircraft file puts the vanes so far behind where they are, m."""
     vanes = [
-        VanePosition(channel=name, ahead=-ahead, std=0.0, position=(0.0, 0.0, 0.0))
+        InstrumentError(
+            channel=name, kind="position", value=-ahead, std=0.0, position=(0.0, 0.0, 0.0)
+        )
         for name, ahead in (("alpha", alpha), ("beta", beta))
     ]
-    return with_vane_positions(maneuver, vanes)
+    return correct_instruments(maneuver, vanes)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -91,13 +93,32 @@ def test_vanes_are_found_where_they_are(
     flown_short: Callable[[int], VirtualFlight], seed: int
 ) -> None:
     maneuvers = maneuvers_of(flown_short(seed))
-    assert find_vane_positions(maneuvers) == ()
+    assert find_instrument_errors(maneuvers) == ()
     wrong = [at_wrong_position(one, 1.0, 0.8) for one in maneuvers]
-    alpha, beta = find_vane_positions(wrong)
-    assert alpha.ahead == pytest.approx(1.0, abs=4.0 * alpha.std)
-    assert beta.ahead == pytest.approx(0.8, abs=4.0 * beta.std)
+    alpha, beta = find_instrument_errors(wrong)
+    assert alpha.value == pytest.approx(1.0, abs=4.0 * alpha.std)
+    assert beta.value == pytest.approx(0.8, abs=4.0 * beta.std)
     assert max(alpha.std, beta.std) < 0.1
     assert alpha.position[0] == pytest.approx(B777.sensors.alpha_vane.position[0], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "delay"),
+    [("q", 0.03), ("alpha", 0.03), ("beta", 0.03), ("r", 0.03)],
+)
+def test_a_late_channel_is_found_and_then_instruments_agree(
+    flown_short: Callable[[int], VirtualFlight], name: str, delay: float
+) -> None:
+    maneuvers = maneuvers_of(flown_short(1))
+    late = [
+        edited(one, **{name: np.interp(one.block.times - delay, one.block.times, one.block[name])})
+        for one in maneuvers
+    ]
+    (found,) = find_instrument_errors(late)
+    assert f"{name}.delay" in (f"{found.channel}.{found.kind}", *found.alternatives)
+    if found.kind == "delay":
+        assert found.value == pytest.approx(delay, abs=5.0 * found.std)
+    assert find_instrument_errors([correct_instruments(one, [found]) for one in late]) == ()
 
 
 def test_a_vane_elsewhere_is_named_and_nothing_else_blamed(

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QMainWindow
 from pytestqt.qtbot import QtBot
 
 from gsapp.aircraft import SHIPPED_AIRCRAFT, load_aircraft
-from gsapp.identification.compatibility import VanePosition
+from gsapp.identification.compatibility import InstrumentError
 from gsapp.identification.runs.run_execution import exclude_maneuvers
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
@@ -276,20 +276,24 @@ def test_found_vane_positions_are_written_by_one_click(
     shutil.copy(SHIPPED_AIRCRAFT.find("b777"), file)
     button = room.page.update_aircraft
     assert button.isHidden()
-    vane = VanePosition(channel="alpha", ahead=0.4, std=0.02, position=(1.162, 0.0, 0.0))
+    vane = InstrumentError(
+        channel="alpha", kind="position", value=0.4, std=0.02, position=(1.162, 0.0, 0.0)
+    )
     request = outcome().request.with_changes(aircraft=str(file))
-    room.page.show_outcome(replace(outcome(), vanes=(vane,), request=request))
-    assert "alpha" in room.page.vanes.text()
+    room.page.show_outcome(replace(outcome(), instruments=(vane,), request=request))
+    assert "alpha" in room.page.instruments.text()
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert load_aircraft(file).sensors.alpha_vane.position[0] == pytest.approx(1.162)
-    assert str(file) in room.page.vanes.text()
+    assert str(file) in room.page.instruments.text()
     assert not button.isEnabled()
 
 
 def test_vane_positions_do_not_go_into_a_shipped_file(room: Room, qtbot: QtBot) -> None:
-    vane = VanePosition(channel="alpha", ahead=0.4, std=0.02, position=(1.162, 0.0, 0.0))
+    vane = InstrumentError(
+        channel="alpha", kind="position", value=0.4, std=0.02, position=(1.162, 0.0, 0.0)
+    )
     request = outcome().request.with_changes(aircraft="b777")
-    room.page.show_outcome(replace(outcome(), vanes=(vane,), request=request))
+    room.page.show_outcome(replace(outcome(), instruments=(vane,), request=request))
     qtbot.mouseClick(room.page.update_aircraft, Qt.MouseButton.LeftButton)
-    assert "--aircraft" in room.page.vanes.text()
+    assert "--aircraft" in room.page.instruments.text()
     assert load_aircraft("b777").sensors.alpha_vane.position[0] != pytest.approx(1.162)

@@ -212,7 +212,7 @@ class SummaryPage(ReviewStepPage):
             lambda *_: self._select_attention_item()
         )
         self.attention.opened.connect(lambda _key: self._actions["review_maneuvers"].trigger())
-        self.vanes = create_label("", "caution", wrap=True, remarks_in=self.display_style)
+        self.instruments = create_label("", "caution", wrap=True, remarks_in=self.display_style)
         self.update_aircraft = ActionButton(
             self._actions["review_update_aircraft"],
             tr("Update aircraft file"),
@@ -222,7 +222,7 @@ class SummaryPage(ReviewStepPage):
             self._pair.right,
             self.attention_heading,
             self.attention,
-            self.vanes,
+            self.instruments,
             create_button_row(self.display_style, self.update_aircraft),
         )
 
@@ -305,11 +305,11 @@ class SummaryPage(ReviewStepPage):
         try:
             files = accept_vane_positions(self._outcome)
         except (GroundStationError, OSError) as error:
-            self.vanes.setText(join_sentences((str(error),)))
+            self.instruments.setText(join_sentences((str(error),)))
             return
         self._accepted = self._outcome
         names = ", ".join(str(one) for one in files)
-        self.vanes.setText(tr("Vane positions written to {names}.").format(names=names))
+        self.instruments.setText(tr("Vane positions written to {names}.").format(names=names))
         self.changed.emit()
 
     @property
@@ -370,9 +370,9 @@ class SummaryPage(ReviewStepPage):
             lines = build_attention_rows(outcome)
             self.attention.show_rows(lines)
         self.attention.setVisible(bool(lines))
-        self.vanes.setText(join_sentences(one.text for one in outcome.vanes))
-        for widget in (self.vanes, self.update_aircraft):
-            widget.setVisible(bool(outcome.vanes))
+        self.instruments.setText(join_sentences(one.text for one in outcome.instruments))
+        self.instruments.setVisible(bool(outcome.instruments))
+        self.update_aircraft.setVisible(bool(outcome.vanes))
         self.attention_heading.setText(
             tr("Needs attention") if lines else tr("Nothing needs attention")
         )

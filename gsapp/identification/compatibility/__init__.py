@@ -7,9 +7,9 @@ from gsapp.identification.compatibility.compatibility_check import (
     check_compatibility,
 )
 from gsapp.identification.compatibility.error_selection import (
-    VanePosition,
-    find_vane_positions,
-    with_vane_positions,
+    InstrumentError,
+    correct_instruments,
+    find_instrument_errors,
 )
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
@@ -26,9 +26,9 @@ __all__ = [
     "PLAUSIBLE_ERRORS",
     "CompatibilityResult",
     "CompatibilitySettings",
+    "InstrumentError",
     "InstrumentVerdict",
-    "VanePosition",
     "check_compatibility",
-    "find_vane_positions",
-    "with_vane_positions",
+    "correct_instruments",
+    "find_instrument_errors",
 ]

@@ -11,6 +11,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.identification.compatibility.instrument_error_fit import (
     InstrumentErrorFit,
+    at_limit,
     fit_instrument_errors,
     likelihood_gains,
     nominal_value,
@@ -25,6 +26,8 @@ from gsapp.identification.compatibility.settings import (
     CompatibilitySettings,
 )
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.record_preparation import advance_flags, advance_samples
+from gsapp.quantities import Block
 from gsapp.quantities.fields import Position
 
 
@@ -47,8 +50,9 @@ def select_errors(
 ) -> InstrumentErrorFit:
     """Fit the errors that the instruments need to agree.
 
-    All of `free` where that fit converges and no vane seems to stand elsewhere; else the biases
-    of gyros and accelerometers and, one after the other, the error that raises the likelihood most.
+    All of `free` where that fit converges and no vane seems to stand elsewhere or instrument to be
+    late; else the biases of gyros and accelerometers and, one after the other, the error that
+    raises the likelihood most.
 
     Parameters
     ----------
@@ -79,37 +83,43 @@ def select_errors(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VanePosition:
-    """A vane that is not where the aircraft file puts it.
+class InstrumentError:
+    """An instrument that is not as the aircraft file says, by kinematics alone.
 
     Attributes
     ----------
-    channel : {"alpha", "beta"}
-    ahead, std : float
-        Distance ahead of its position in the aircraft file, m.
-    position : tuple of float
-        From the CG of the aircraft file, m.
-    delay : float or None
-        The delay (s) with which the vane at its old position would do as well.
+    channel : str
+    kind : {"position", "delay"}
+    value, std : float
+        Distance of a vane ahead of its position in the aircraft file, m; delay, s (late: positive).
+    position : tuple of float or None
+        Of a vane, from the CG of the aircraft file, m.
+    alternatives : tuple of str
+        Names of errors that explain the records as well, as ``q.delay``.
     """
 
     channel: str
-    ahead: float
+    kind: str
+    value: float
     std: float
-    position: Position
-    delay: float | None = None
+    position: Position | None = None
+    alternatives: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
         """Return it as a sentence."""
-        value, std = format_error_with_bound(f"{self.channel}.position", abs(self.ahead), self.std)
-        side = "ahead of" if self.ahead > 0.0 else "behind"
+        name = f"{self.channel}.{self.kind}"
+        value, std = format_error_with_bound(name, abs(self.value), self.std)
         doubt = ""
-        if self.delay is not None:
-            doubt = (
-                f" (or {self.channel} is {1e3 * abs(self.delay):.0f} ms "
-                f"{'late' if self.delay > 0.0 else 'early'}: these maneuvers do not tell which)"
+        if self.alternatives:
+            doubt = f" (these maneuvers do not rule out {' or '.join(self.alternatives)} instead)"
+        if self.position is None:
+            way = "late" if self.value > 0.0 else "early"
+            return (
+                f"{self.channel} appears to be {value} \N{PLUS-MINUS SIGN} {std} {way}{doubt}, and "
+                "is used at its right time: state its lag or delay in the aircraft file"
             )
+        side = "ahead of" if self.value > 0.0 else "behind"
         return (
             f"the {self.channel} vane appears to be {value} \N{PLUS-MINUS SIGN} {std} {side} its "
             f"position in the aircraft file{doubt}, and is used there: correct "
@@ -117,8 +127,8 @@ class VanePosition:
         )
 
 
-def find_vane_positions(maneuvers: Sequence[Maneuver]) -> tuple[VanePosition, ...]:
-    """Return the vanes that stand elsewhere than the aircraft file says: kinematics alone.
+def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentError, ...]:
+    """Return vanes that stand elsewhere, and channels that are late: kinematics alone.
 
     Parameters
     ----------
@@ -127,25 +137,97 @@ def find_vane_positions(maneuvers: Sequence[Maneuver]) -> tuple[VanePosition, ..
 
     Returns
     -------
-    tuple of VanePosition
-        Those whose distance is beyond chance and matters.
+    tuple of InstrumentError
+        Those whose size is beyond chance and matters.
     """
     prepared = prepare_segments(maneuvers, None)
     segments = _select_excited_segments(prepared.segments)
     if not segments or not (positions := _positions(segments)):
         return ()
-    settings = scale_settings(CompatibilitySettings(), maneuvers[0].aircraft)
+    aircraft = maneuvers[0].aircraft
+    settings = scale_settings(CompatibilitySettings(), aircraft)
     free = [name for name in settings.free if name.partition(".")[0] in prepared.channels]
+    delays = _delays(segments)
     found = _add_errors(segments, settings, free, positions)
-    if not found.converged or not set(positions) & set(found.free):
+    if not found.converged or not {*positions, *delays} & set(found.free):
         return ()
     final = _with_bounds(found, segments, settings)
+    if not final.converged:
+        return ()
+    errors = [
+        *(_vane_position(final, settings, name, aircraft) for name in positions),
+        *(_channel_delay(final, name) for name in delays),
+    ]
     return tuple(
-        replace(vane, delay=_find_equivalent_delay(final, segments, settings, name))
-        for name in positions
-        if final.converged
-        and (vane := _vane_position(final, settings, name, maneuvers[0].aircraft)) is not None
+        replace(one, alternatives=_alternatives(found, segments, settings, one))
+        for one in errors
+        if one is not None
     )
+
+
+def correct_instruments(maneuver: Maneuver, errors: Sequence[InstrumentError]) -> Maneuver:
+    """Return a maneuver with its vanes where they were found and its channels on time."""
+    sensors = maneuver.aircraft.sensors
+    block, clipped = maneuver.block, dict(maneuver.clipped)
+    for one in errors:
+        if one.kind == "delay":
+            steps = one.value / maneuver.dt
+            block = _with_channel_advanced(block, one.channel, steps)
+            if one.channel in clipped:
+                clipped[one.channel] = advance_flags(clipped[one.channel], steps)
+            continue
+        name = f"{one.channel}_vane"
+        vane = getattr(sensors, name)
+        x, y, z = vane.position
+        moved = vane.model_copy(update={"position": (x + one.value, y, z)})
+        sensors = sensors.model_copy(update={name: moved})
+    if not errors:
+        return maneuver
+    aircraft = maneuver.aircraft.model_copy(update={"sensors": sensors})
+    return replace(maneuver, aircraft=aircraft, block=block, clipped=clipped)
+
+
+def _with_channel_advanced(block: Block, channel: str, steps: float) -> Block:
+    if channel not in block:
+        return block
+    values = block.values.copy()
+    column = block.channels.index(channel)
+    values[:, column] = advance_samples(values[:, column], steps)
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
+def _alternatives(
+    found: InstrumentErrorFit,
+    segments: Sequence[CompatibilitySegment],
+    settings: CompatibilitySettings,
+    error: InstrumentError,
+) -> tuple[str, ...]:
+    """Return the errors that explain the records as well in the place of one."""
+    own = f"{error.channel}.{error.kind}"
+    rivals = [
+        name
+        for name in (*_positions(segments), *_delays(segments))
+        if name not in found.free and _axis(name) == _axis(own)
+    ]
+    as_good = []
+    for name in rivals:
+        tried = fit_instrument_errors(
+            segments,
+            settings,
+            [kept for kept in found.free if kept != own] + [name],
+            bounds=False,
+            begin=found,
+            iterations=COMPATIBILITY.max_iterations,
+        )
+        worse = tried.neg2_log_likelihood - found.neg2_log_likelihood
+        if tried.converged and worse < COMPATIBILITY.min_likelihood_gain:
+            as_good.append(name)
+    return tuple(as_good)
+
+
+def _axis(name: str) -> str:
+    channel = name.partition(".")[0]
+    return {"q": "alpha", "r": "beta"}.get(channel, channel)
 
 
 def _with_bounds(
@@ -160,48 +242,9 @@ def _with_bounds(
     return fit_instrument_errors(segments, settings, found.free, noises=noises, begin=found)
 
 
-def _find_equivalent_delay(
-    found: InstrumentErrorFit,
-    segments: Sequence[CompatibilitySegment],
-    settings: CompatibilitySettings,
-    position: str,
-) -> float | None:
-    """Return the delay (s) that explains a vane as well as its position does; None where none."""
-    delay = position.replace(".position", ".delay")
-    if delay in found.free:
-        return None
-    tried = fit_instrument_errors(
-        segments,
-        settings,
-        [name for name in found.free if name != position] + [delay],
-        noises=[one.noise for one in found.segments],
-        bounds=False,
-        begin=found,
-        iterations=COMPATIBILITY.max_iterations,
-    )
-    worse = tried.neg2_log_likelihood - found.neg2_log_likelihood
-    if not tried.converged or worse > COMPATIBILITY.min_likelihood_gain:
-        return None
-    return tried.errors[delay]
-
-
-def with_vane_positions(maneuver: Maneuver, vanes: Sequence[VanePosition]) -> Maneuver:
-    """Return a maneuver whose aircraft has its vanes where they were found."""
-    if not vanes:
-        return maneuver
-    sensors = maneuver.aircraft.sensors
-    for one in vanes:
-        name = f"{one.channel}_vane"
-        vane = getattr(sensors, name)
-        x, y, z = vane.position
-        moved = vane.model_copy(update={"position": (x + one.ahead, y, z)})
-        sensors = sensors.model_copy(update={name: moved})
-    return replace(maneuver, aircraft=maneuver.aircraft.model_copy(update={"sensors": sensors}))
-
-
 def _vane_position(
     found: InstrumentErrorFit, settings: CompatibilitySettings, name: str, aircraft: Aircraft
-) -> VanePosition | None:
+) -> InstrumentError | None:
     """Return a vane whose distance from where it should be is sure and matters, else None."""
     if not _is_misplaced(found, settings, name):
         return None
@@ -222,7 +265,20 @@ def _vane_position(
     ):
         return None
     x, y, z = getattr(aircraft.sensors, f"{channel}_vane").position
-    return VanePosition(channel=channel, ahead=ahead, std=std, position=(x + ahead, y, z))
+    return InstrumentError(
+        channel=channel, kind="position", value=ahead, std=std, position=(x + ahead, y, z)
+    )
+
+
+def _channel_delay(found: InstrumentErrorFit, name: str) -> InstrumentError | None:
+    """Return a channel whose delay is sure and matters, else None."""
+    if name not in found.free:
+        return None
+    delay, std = found.errors[name], found.std(name)
+    if delay < COMPATIBILITY.position_sigmas * std or at_limit(name, delay):
+        return None
+    channel = name.partition(".")[0]
+    return InstrumentError(channel=channel, kind="delay", value=delay, std=std)
 
 
 def _select_excited_segments(
@@ -241,6 +297,16 @@ def _positions(segments: Sequence[CompatibilitySegment]) -> list[str]:
     return [name for name in VANE_POSITIONS if name.partition(".")[0] in measured]
 
 
+def _delays(segments: Sequence[CompatibilitySegment]) -> list[str]:
+    """Return the delays that look like a vane elsewhere, of channels that were measured."""
+    measured = set[str]().union(*(one.measured for one in segments))
+    missing = set[str]().union(*(one.absent for one in segments))
+    return [
+        *(f"{name}.delay" for name in ("alpha", "beta") if name in measured),
+        *(f"{name}.delay" for name in ("q", "r") if name not in missing),
+    ]
+
+
 def _add_errors(
     segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
@@ -257,13 +323,15 @@ def _add_errors(
     )
     gyros = [f"{name}.scale" for name in RATE_CHANNELS if f"{name}.bias" in free]
     candidates = [*_positions(segments), *(name for name in (*free, *gyros) if name not in biases)]
-    while found.converged and (significant := _significant_gains(found, settings, candidates)):
-        if targets and not set(significant) & set(targets):
+    while found.converged and (asked := _significant_gains(found, settings, candidates)):
+        if targets and not set(asked) & set(targets):
             break
-        # Position, delay and scale of a vane look much alike: all are tried, the likeliest stays,
-        # in doubt one of `targets`.
-        channel = next(iter(significant)).partition(".")[0]
-        rivals = [name for name in significant if name.partition(".")[0] == channel]
+        # Position, delay and scale of a vane, and a late gyro, look much alike: all are tried and
+        # the likeliest stays, in doubt the position, which aircraft files state least often.
+        channel = next(iter(asked)).partition(".")[0]
+        rivals = [name for name in asked if name.partition(".")[0] == channel]
+        if targets:
+            rivals += [name for name in _GYRO_DELAYS.get(channel, ()) if name not in found.free]
         tried = [
             fit_instrument_errors(
                 segments,
@@ -276,18 +344,41 @@ def _add_errors(
             for name in rivals
         ]
         candidates = [name for name in candidates if name not in rivals]
+        possible = [one for one in tried if one.free[-1] in asked or _is_grave_delay(one)]
         best = min(
-            tried,
+            possible,
+            default=found,
             key=lambda one: (
                 one.neg2_log_likelihood
-                - COMPATIBILITY.min_likelihood_gain * (one.free[-1] in targets)
+                - COMPATIBILITY.min_likelihood_gain * one.free[-1].endswith(".position")
             ),
         )
         gain = found.neg2_log_likelihood - best.neg2_log_likelihood
         if best.converged and gain > COMPATIBILITY.min_likelihood_gain:
             found = best
-            candidates += [name for name in rivals if name not in best.free]
+            candidates += [name for name in asked if name in rivals and name not in best.free]
     return found
+
+
+_GYRO_DELAYS = {"alpha": ("q.delay",), "beta": ("r.delay",)}
+"""What makes the vane of a channel seem out of place."""
+
+
+def _is_grave_delay(found: InstrumentErrorFit) -> bool:
+    """Return whether the error added last is a delay that shifts the motion by a phase.
+
+    Small ones are everyday, and no gyro shows what is to come.
+    """
+    gyro = found.free[-1].partition(".")[0]
+    power, change = 0.0, 0.0
+    for one in found.segments:
+        count = max(1, round(1.0 / (COMPATIBILITY.motion_rate * one.segment.dt)))
+        rates = one.segment.inputs[gyro]
+        means = rates[: rates.size // count * count].reshape(-1, count).mean(axis=1)
+        power += float(np.var(means)) * means.size
+        change += float(np.sum(np.diff(means) ** 2)) / (count * one.segment.dt) ** 2
+    phase = found.errors[found.free[-1]] * np.sqrt(change / max(power, 1e-300))
+    return bool(found.converged and phase > COMPATIBILITY.min_delay_phase)
 
 
 def _is_misplaced(found: InstrumentErrorFit, settings: CompatibilitySettings, name: str) -> bool:

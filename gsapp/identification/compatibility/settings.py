@@ -188,6 +188,8 @@ class CompatibilityAlgorithmSettings:
     position_sigmas: float = 6.0
     """Bounds by which it must exceed the tolerable: a vane that hardly moves is put anywhere."""
     max_position: float = 1.0  # Times the span: farther away no vane stands.
+    motion_rate: float = 10.0  # Averages a second that tell the frequency of the motion.
+    min_delay_phase: float = 0.1  # rad, at the frequency of the motion, from which a delay matters.
     min_position_effect: float = 1.0  # Of a position on its flow angle, times its white noise.
     max_final_step: float = 4.0
     """Last step in bounds from which a fit is no proof: at most 2.2 with good instruments whose

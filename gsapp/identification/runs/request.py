@@ -80,8 +80,9 @@ def request_from_json(content: Mapping[str, Any], folder: Path) -> RunRequest:
     """
     try:
         content = _map_paths(_flat(content), lambda path: _to_absolute(path, folder.absolute()))
-        # A run stored before vanes were looked for repeats without.
-        return RunRequest(**{"vane_positions": "file", **content})
+        # A run stored before instruments were compared repeats without.
+        instruments = content.pop("vane_positions", "file")
+        return RunRequest(**{"instruments": instruments, **content})
     except (FlightError, KeyError, TypeError, AttributeError) as error:
         raise FlightError(
             f"the settings of a stored run cannot be read ({error}); repeat it with the program "

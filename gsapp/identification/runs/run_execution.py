@@ -21,9 +21,9 @@ from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
 from gsapp.identification.compatibility import (
-    VanePosition,
-    find_vane_positions,
-    with_vane_positions,
+    InstrumentError,
+    correct_instruments,
+    find_instrument_errors,
 )
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.inputs import (
@@ -45,6 +45,7 @@ from gsapp.identification.summary.campaign_linear_models import (
     NO_LINEAR_MODEL_PREFIX,
     build_linear_models,
 )
+from gsapp.quantities.fields import Position
 
 SAME_SAMPLES_TEXT: Final = "the same samples stand in"
 """Begins a remark on flights that are one and the same."""
@@ -64,8 +65,8 @@ class RunOutcome:
     remarks: tuple[str, ...] = ()
     """What is suspicious about the aircraft, of reading the flights, and why there is no linear
     model."""
-    vanes: tuple[VanePosition, ...] = ()
-    """Those that were used at another position than the aircraft file's."""
+    instruments: tuple[InstrumentError, ...] = ()
+    """Those that are not as the aircraft file says, and were corrected."""
     number: int | None = None  # In the catalog; None where it was not kept.
     inputs: tuple[InputFile, ...] = ()
     """Flights and files that went in, with their sums when they were read."""
@@ -74,6 +75,11 @@ class RunOutcome:
     flights: tuple[FlightEntry, ...] = ()  # What a catalog keeps of the flights.
     uncalibrated: tuple[str, ...] = ()
     """Which inputs and answers of the flights were volts only, in words."""
+
+    @property
+    def vanes(self) -> Mapping[str, Position]:
+        """Return the positions found (m, from the CG of the file) by the vanes' channels."""
+        return {one.channel: one.position for one in self.instruments if one.position is not None}
 
 
 def execute_run(
@@ -134,12 +140,14 @@ def execute_run(
         else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
     )
     cut = in_requested_order(request, flown)
-    vanes: tuple[VanePosition, ...] = ()
-    if request.vane_positions == "find":
+    errors: tuple[InstrumentError, ...] = ()
+    if request.instruments == "find":
         if doing is not None:
             doing("comparing instruments")
-        vanes = find_vane_positions(cut)
-    result = run_campaign([with_vane_positions(one, vanes) for one in cut], used, progress=progress)
+        errors = find_instrument_errors(cut)
+    result = run_campaign(
+        [correct_instruments(one, errors) for one in cut], used, progress=progress
+    )
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
@@ -168,14 +176,14 @@ def execute_run(
             dict.fromkeys(
                 (
                     *_duplicate_flight_warnings(shelved),
-                    *(one.text for one in vanes),
+                    *(one.text for one in errors),
                     *doubts,
                     *read,
                     *why_not,
                 )
             )
         ),
-        vanes=vanes,
+        instruments=errors,
         inputs=input_files(request, shelved),
         versions=run_versions(),
         uncalibrated=tuple(
@@ -228,7 +236,7 @@ def accept_vane_positions(outcome: RunOutcome) -> tuple[Path, ...]:
         raise FlightError(
             "no aircraft file to write the vane positions into: name your own with --aircraft FILE"
         )
-    distances = {f"{one.channel}_vane": one.position[0] for one in outcome.vanes}
+    distances = {f"{name}_vane": found[0] for name, found in outcome.vanes.items()}
     for file in files:
         write_sensor_positions(file, distances)
     return tuple(files)
