@@ -23,6 +23,7 @@ from gsapp.decoding.grid import ColumnIndex, Grid, GridRows, Numbers, RowBatch, 
 from gsapp.decoding.gridder import Gridder, SourceSelector
 from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.settings import DECODING
+from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 
 IntArray = npt.NDArray[np.int64]
@@ -358,6 +359,11 @@ class Pipeline:
         samples = {name: one for name, one in samples.items() if one[0].size}
         every = [times for times, _ in samples.values()]
         union = np.unique(np.concatenate(every)) if every else np.empty(0, dtype=np.int64)
+        if union.size * len(samples) > DECODING.max_native_numbers:
+            raise FlightError(
+                f"{len(samples)} channels at {union.size} different times do not fit into memory; "
+                "take fewer raw channels"
+            )
         block = np.full((union.size, len(samples)), np.nan)
         for column, (times, values) in enumerate(samples.values()):
             block[np.searchsorted(union, times), column] = values

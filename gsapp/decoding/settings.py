@@ -33,6 +33,7 @@ class DecodingSettings:
     max_filled_pause: float = 60.0  # Seconds of a pause that are filled with NaN rows.
     period_window: int = 9  # Intervals between samples whose median is the period of a channel.
     unknown_period: int = 1_000_000  # Period of a channel of one sample.
+    max_native_numbers: int = 250_000_000  # Rows times channels at their own times: 2 GB.
     range_margin: float = 1e-3  # Share of the range that counts as its end: ADC rounding.
 
     # Health of a link.

@@ -271,12 +271,12 @@ def _raw_channel(channel_id: str) -> ChannelSpec:
     return ChannelSpec(
         id=channel_id,
         symbol=channel_id,
-        title=channel_id,
+        title="As recorded",
         quantity="count",
         si_display="",
         us_display="",
         limits=(-math.inf, math.inf),
         precision=1e-3,
-        group="raw",
-        description="As the message holds it",
+        group="Raw",
+        description="The number that the message holds",
     )

@@ -1,6 +1,7 @@
 """What a map leaves out: raw channels, samples at their own times, modes and parameters."""
 
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,11 +9,12 @@ from pymavlink import DFReader
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.settings import DECODING
 from gsapp.flight import load_flight
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.writers import write_block
-from gsapp.foundation import UnknownNameError
+from gsapp.foundation import FlightError, UnknownNameError
 from tests.flight.test_dataflash import BinWriter
 
 MAP = """
@@ -77,6 +79,13 @@ def test_samples_at_their_own_times_are_those_of_pymavlink(tmp_path, bin_file):
         np.testing.assert_allclose(block.times[held], [time for time, _ in pairs], atol=1e-9)
         np.testing.assert_allclose(block[name][held], [value for _, value in pairs], rtol=1e-6)
     assert np.array_equal(block["q"], block["IMU[0].GyrY"], equal_nan=True)
+
+
+def test_samples_that_do_not_fit_into_memory_are_refused(bin_file, monkeypatch):
+    limited = replace(DECODING, max_native_numbers=1_000)
+    monkeypatch.setattr("gsapp.decoding.pipeline.DECODING", limited)
+    with pytest.raises(FlightError, match="take fewer raw channels"):
+        load_flight(bin_file, raw=["*"], native=True)
 
 
 def test_raw_channels_lie_on_the_grid_beside_the_others_and_are_held(tmp_path, bin_file):
