@@ -112,10 +112,11 @@ def derivative_rows(
 
 
 DERIVATIVE_COLUMNS: Final = (
-    "derivative", "mean", "std. error", "%",
+    "derivative", "mean", "bound", "%",
     "scatter", "scatter / bound", "n", "left out", "before",
 )  # fmt: skip
-"""Std. error is that of the mean; scatter the standard deviation from maneuver to maneuver."""
+"""Bound is that of the mean: noise, and what maneuvers and methods disagree; scatter the standard
+deviation from maneuver to maneuver."""
 
 
 def decimals_for_std(std: float) -> int:

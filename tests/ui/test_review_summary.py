@@ -96,7 +96,7 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert float(cells["Mean"].replace("−", "-")) == pytest.approx(one.value.mean, abs=1e-3)
     assert cells["Before"].startswith("−1.10")
     assert (cells["n"], cells["Out"]) == ("5", "1")
-    assert float(cells["Std. error"]) == pytest.approx(one.value.std, rel=0.1)
+    assert float(cells["Bound"]) == pytest.approx(one.value.std, rel=0.1)
     assert float(cells["Scatter"]) == pytest.approx(one.value.scatter, abs=1e-3)
     assert cells["/ bound"] == f"{one.bound_consistency.ratio:.1f} ×"  # type: ignore[union-attr]
     # Said by a sign as well as by its color, and in words beside the table.
@@ -116,7 +116,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     room.page.show_outcome(unearned())
     cells = room.cells("CN_q")
     assert "unknown" in cells["Remarks"]
-    blank = ("Mean", "Std. error", "%", "Scatter", "/ bound", "Before")
+    blank = ("Mean", "Bound", "%", "Scatter", "/ bound", "Before")
     assert {cells[title] for title in blank} == {"–"}
     assert cells["n"] == "0"
     line = next(one for one in room.page.table.row_model.rows if one.key == "Cm_q")
@@ -186,7 +186,7 @@ def test_the_chosen_row_is_seen_in_every_theme(room: Room, qtbot: QtBot) -> None
 def test_the_table_is_copied_for_a_spreadsheet(room: Room, qtbot: QtBot) -> None:
     qtbot.keyClick(room.window, Qt.Key.Key_C, CONTROL)
     rows = [line.split("\t") for line in QGuiApplication.clipboard().text().splitlines()]
-    assert rows[0][:3] == ["derivative", "mean", "std. error"]
+    assert rows[0][:3] == ["derivative", "mean", "bound"]
     assert {len(row) for row in rows} == {len(rows[0])}
     found = {row[0]: row for row in rows}
     assert float(found["Cm_de"][1]) == pytest.approx(-1.104, abs=0.02)

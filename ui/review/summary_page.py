@@ -374,7 +374,7 @@ class SummaryPage(ReviewStepPage):
         self.instruments.setVisible(bool(outcome.instruments))
         self.update_aircraft.setVisible(bool(outcome.vanes))
         self.attention_heading.setText(
-            tr("Needs attention") if lines else tr("Nothing needs attention")
+            tr("Needs attention") if lines or outcome.instruments else tr("Nothing needs attention")
         )
         self.linear.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]

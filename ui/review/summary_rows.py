@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 DERIVATIVE_TITLES: Final = (
-    "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Std. error"), "%", QT_TR_NOOP("Scatter"),
+    "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Bound"), "%", QT_TR_NOOP("Scatter"),
     QT_TR_NOOP("/ bound"), "n", QT_TR_NOOP("Out"), QT_TR_NOOP("Before"), QT_TR_NOOP("Remarks"),
 )  # fmt: skip
-"""Std. error is that of the mean; scatter the standard deviation from maneuver to maneuver,
+"""Bound is that of the mean: its noise, and what maneuvers and methods disagree; scatter the standard deviation from maneuver to maneuver,
 then in times the bounds of single maneuvers."""
 REMARK_COLUMN: Final = len(DERIVATIVE_TITLES) - 1
 """The column of words."""
@@ -64,7 +64,7 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
                 cells=(
                     symbol_text(name), _format_number(mean), bound, percent, scatter or DASH,
                     f"{sign}{ratio} ×" if ratio else DASH, n, out, _format_number(before),
-                    "; ".join(_trend_texts(one)),
+                    "; ".join((*_contradiction_texts(one), *_trend_texts(one))),
                 ),
                 state="caution" if scatters else "plain",
                 colored=frozenset({_SCATTER_RATIO_COLUMN}),
@@ -105,6 +105,11 @@ def _trend_texts(one: DerivativeSummary) -> list[str]:
     ]
 
 
+def _contradiction_texts(one: DerivativeSummary) -> list[str]:
+    contradicts = one.comparison is not None and bool(one.comparison.contradictions)
+    return [tr("methods contradict")] if contradicts else []
+
+
 def describe_derivative(outcome: RunOutcome, name: str) -> str:
     """Return all there is to say of one derivative, in sentences."""
     from gsapp.report.estimate_text import decimals_for_std, unknown_rows
@@ -119,7 +124,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
                     )
                 )
         return ""
-    digits = decimals_for_std(one.value.std)
+    digits = decimals_for_std(one.value.noise or one.value.std)
     said = [
         tr("{name} is {mean} ± {std:.{digits}f} per radian, from {n} of {count} maneuvers.").format(
             name=name,
@@ -292,8 +297,8 @@ def _describe_methods(one: DerivativeSummary, digits: int) -> list[str]:
 
     if one.comparison is None:
         return []
-    contradicts = tr("{method}: {value} ± {bound:.{digits}f}, a contradiction.")
-    agrees = tr("{method}: {value} ± {bound:.{digits}f}.")
+    contradicts = tr("By {method}: {value} ± {bound:.{digits}f}, a contradiction.")
+    agrees = tr("By {method}: {value} ± {bound:.{digits}f}.")
     return [
         (contradicts if method in one.comparison.contradictions else agrees).format(
             method=short_method_title(method),
