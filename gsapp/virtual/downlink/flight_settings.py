@@ -47,10 +47,10 @@ class FlightSettings(SettingsModel):
                    "swapped:with=CHANNEL, noisy or clipped."),
         option="--fault", metavar="CHANNEL:KIND[:PARAM=VALUE,..]", is_repeatable=True)
     dirt: Names = setting(
-        (), "Dirt",
-        "What real records suffer from, drawn by the seed: all, or some of the kinds. Instruments "
-        "elsewhere than the aircraft file says, lags, a flexible structure, coarse converters, "
-        "bursts, missing stamps, gusts and more.",
+        (), QT_TR_NOOP("Dirt"),
+        QT_TR_NOOP("What real records suffer from, drawn by the seed: all, or some of the kinds. "
+                   "Instruments elsewhere than the aircraft file says, lags, a flexible structure, "
+                   "coarse converters, bursts, missing stamps, gusts and more."),
         option="--dirt", metavar="all|KIND,..")
     seed: int = setting(
         0, QT_TR_NOOP("Seed"),
