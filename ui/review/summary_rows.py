@@ -23,8 +23,8 @@ DERIVATIVE_TITLES: Final = (
     "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Bound"), "%", QT_TR_NOOP("Scatter"),
     QT_TR_NOOP("/ bound"), "n", QT_TR_NOOP("Out"), QT_TR_NOOP("Before"), QT_TR_NOOP("Remarks"),
 )  # fmt: skip
-"""Bound is that of the mean: its noise, and what maneuvers and methods disagree; scatter the standard deviation from maneuver to maneuver,
-then in times the bounds of single maneuvers."""
+"""Bound is that of the mean: its noise, and what maneuvers and methods disagree; scatter the
+standard deviation from maneuver to maneuver, then in times the bounds of single maneuvers."""
 REMARK_COLUMN: Final = len(DERIVATIVE_TITLES) - 1
 """The column of words."""
 _SCATTER_RATIO_COLUMN: Final = 5
