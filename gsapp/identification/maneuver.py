@@ -35,6 +35,7 @@ from gsapp.identification.record_preparation import (
     advance_flags,
     channel_delays,
     compensate_delays,
+    interpolate_air_data,
     interpolate_held_samples,
     reconstruct_deflections,
     unmodeled_servos,
@@ -210,8 +211,9 @@ def cut_maneuver(
     )
     inner = slice(int(low) - wide.start, int(high) - wide.start)
     weather = None if flight.info is None else flight.info.weather
+    slow = interpolate_air_data(interpolate_held_samples(around))
     block = reconstruct_deflections(
-        add_air_data(compensate_delays(interpolate_held_samples(around), aircraft), weather),
+        add_air_data(compensate_delays(slow, aircraft), weather),
         aircraft,
     )
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])

@@ -38,6 +38,7 @@ class PreparationSettings:
     min_knots: int = 4  # Ends of chords that it takes for a curve.
     min_cutoff: float = 2.0  # Hz: rigid-body motion lies below the lowest cutoff ...
     max_cutoff: float = 10.0  # ... noise and structure above the highest.
+    max_air_data_gap: float = 0.5  # s without air data, bridged: they follow speed and height.
     max_filled_gap: float = 0.035  # s bridged for the filter; they still do not count.
     flow_angle_passes: int = 3  # Passes in which flow angles that were not measured are integrated.
 

@@ -277,6 +277,37 @@ def airspeed_history(samples: ChannelSamples, rho: FloatArray) -> FloatArray:
     return np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan)
 
 
+def interpolate_air_data(block: Block) -> Block:
+    """Return a block with short gaps of its air data bridged by straight lines.
+
+    A radio that sends in bursts, or a slow pitot channel on a quick grid, leaves them.
+    """
+    columns = [
+        column
+        for column, name in enumerate(_base_ids(block))
+        if name in (*_AIR_DATA, "temperature") and not np.isfinite(block.values[:, column]).all()
+    ]
+    if not columns or len(block) < 2:
+        return block
+    values = block.values.copy()
+    longest = PREPARATION.max_air_data_gap / median_step(block.times)
+    for column in columns:
+        known = np.flatnonzero(np.isfinite(values[:, column]))
+        if not known.size:
+            continue
+        rows = np.arange(len(block))
+        after = np.searchsorted(known, rows)
+        inside = (after > 0) & (after < known.size)
+        gap = np.zeros(len(block))
+        gap[inside] = known[after[inside]] - known[after[inside] - 1]
+        bridged = np.interp(rows, known, values[known, column])
+        near = inside & (gap <= longest)
+        # Beside the first and the last sample the nearest one.
+        near |= ~inside & (np.abs(rows - np.clip(rows, known[0], known[-1])) <= longest)
+        values[near, column] = bridged[near]
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
 def add_air_data(block: Block, weather: Weather | None = None) -> Block:
     """Return a block with V, qbar and density added where they follow from the rest."""
 
