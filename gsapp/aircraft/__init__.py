@@ -9,6 +9,7 @@ from gsapp.aircraft.aircraft_loader import (
 )
 from gsapp.aircraft.config import (
     Accelerometer,
+    Accuracy,
     Aircraft,
     AirData,
     AlphaVane,
@@ -25,6 +26,7 @@ from gsapp.aircraft.config import (
 __all__ = [
     "SHIPPED_AIRCRAFT",
     "Accelerometer",
+    "Accuracy",
     "AirData",
     "Aircraft",
     "AlphaVane",

@@ -291,6 +291,16 @@ class Axles(StrictModel):
         return place
 
 
+class Accuracy(StrictModel):
+    """How well this file is known: standard deviations, for which bounds of derivatives allow."""
+
+    mass: Ratio = 0.0  # Share of the mass.
+    position: Length = 0.0  # Of each instrument, each axis, m.
+    delay: Time = 0.0  # Of each channel, s.
+    upwash: Ratio = 0.0  # Of each vane, share of its angle.
+    accelerometer_bias: Acceleration = 0.0  # Of each axis, m/s^2.
+
+
 class Aircraft(StrictModel):
     """An aircraft file, read."""
 
@@ -303,6 +313,7 @@ class Aircraft(StrictModel):
     controls: Controls = Field(default_factory=Controls)
     limits: Limits = Field(default_factory=Limits)
     axles: Axles = Field(default_factory=Axles)
+    accuracy: Accuracy = Field(default_factory=Accuracy)
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

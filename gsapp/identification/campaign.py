@@ -19,6 +19,7 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
+from gsapp.identification.aircraft_uncertainty import add_aircraft_uncertainty
 from gsapp.identification.axes import (
     AXIS_SURFACES,
     Axis,
@@ -364,16 +365,23 @@ def _estimate_about_cg(
     needed = required_constants(maneuvers, known, settings.stand_ins)
     # Equation error begins poorly where a flow angle is missing; the others' means begin well.
     start = {name: means[name].mean for name in derivatives if needed and name in means}
-    return estimation_method(settings.method).estimate(
-        EstimationTask(
-            maneuvers=tuple(maneuvers),
-            axis=axis,
-            settings=settings,
-            free=derivatives,
-            held=held,
-            start={**start, **settings.start},
-            assumed_constants=needed,
-        )
+    task = EstimationTask(
+        maneuvers=tuple(maneuvers),
+        axis=axis,
+        settings=settings,
+        free=derivatives,
+        held=held,
+        start={**start, **settings.start},
+        assumed_constants=needed,
+    )
+    method = estimation_method(settings.method)
+    found = method.estimate(task)
+    near = {name: value for name in found.free if (value := found.value(name)) is not None}
+    return add_aircraft_uncertainty(
+        found,
+        maneuvers,
+        lambda moved: method.estimate(replace(task, maneuvers=tuple(moved), start=near)),
+        compares_responses=method.compares == "responses",
     )
 
 

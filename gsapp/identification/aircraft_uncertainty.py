@@ -1,0 +1,204 @@
+"""Bounds that allow for what the aircraft file does not know well.
+
+The noise of a record says nothing of an accelerometer three centimeters from where the file puts
+it, of a gyro that is late, or of a mass that was guessed. All of these bend derivatives by more
+than the noise does, many without leaving a trace in the residuals: in p_dot z, for one, p_dot is as
+linear in beta, p and the deflections as the side force is. The file says how well it is known
+(``[accuracy]``). Each of its values is moved by its standard deviation, the estimate is made again,
+and the square of the change is added to the covariance. It is the same aircraft in every maneuver:
+this part of a bound does not shrink with their number (`DerivativeEstimate.offset`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import Axis
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.record_preparation import advance_samples
+from gsapp.identification.results import Estimate
+from gsapp.quantities import Block, FloatArray
+
+_POSITIONS: dict[Axis, tuple[tuple[str, int], ...]] = {
+    "lon": (("alpha_vane", 0), ("accelerometer", 0), ("accelerometer", 2)),
+    "lat": (("beta_vane", 0), ("beta_vane", 2), ("accelerometer", 0), ("accelerometer", 2)),
+}
+"""Instruments and the axes (x, y, z) along which their position shows."""
+_CHANNELS: dict[Axis, tuple[str, ...]] = {
+    "lon": ("alpha", "q", "theta", "V", "an", "ax", "de"),
+    "lat": ("beta", "p", "r", "phi", "ay", "da", "dr"),
+}
+_VANES: dict[Axis, tuple[str, ...]] = {"lon": ("alpha_vane",), "lat": ("beta_vane",)}
+_ACCELERATIONS: dict[Axis, tuple[str, ...]] = {"lon": ("ax", "an"), "lat": ("ay",)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UncertainValue:
+    """A value of the aircraft file, in words, and how to move it by its standard deviation."""
+
+    title: str
+    move: Callable[[Maneuver], Maneuver]
+
+
+def uncertain_values(
+    aircraft: Aircraft, axis: Axis, *, compares_responses: bool
+) -> tuple[UncertainValue, ...]:
+    """Return what the file says of its own accuracy that matters for an axis.
+
+    Zeros of accelerometers count where responses are compared: coefficients allow for them already.
+    """
+    axes: tuple[Axis, ...] = ("lon", "lat") if axis == "both" else (axis,)
+    found = [one for each in axes for one in _of_axis(aircraft, each, compares_responses)]
+    if aircraft.accuracy.mass:
+        found.append(UncertainValue(title="mass", move=_more_mass))
+    return tuple(found)
+
+
+def _of_axis(aircraft: Aircraft, axis: Axis, compares_responses: bool) -> Iterator[UncertainValue]:
+    accuracy = aircraft.accuracy
+    if accuracy.position:
+        for instrument, direction in _POSITIONS[axis]:
+            yield UncertainValue(
+                title=f"{'xyz'[direction]} position of the {instrument.replace('_', ' ')}",
+                move=lambda one, i=instrument, d=direction: _moved_instrument(one, i, d),
+            )
+    if accuracy.upwash:
+        for vane in _VANES[axis]:
+            yield UncertainValue(
+                title=f"upwash at the {vane.replace('_', ' ')}",
+                move=lambda one, v=vane: _more_upwash(one, v),
+            )
+    if accuracy.delay:
+        for channel in _CHANNELS[axis]:
+            yield UncertainValue(
+                title=f"delay of {channel}", move=lambda one, c=channel: _less_late(one, c)
+            )
+    if accuracy.accelerometer_bias and compares_responses:
+        for channel in _ACCELERATIONS[axis]:
+            yield UncertainValue(
+                title=f"zero of {channel}", move=lambda one, c=channel: _less_bias(one, c)
+            )
+
+
+def add_aircraft_uncertainty(
+    found: Estimate,
+    maneuvers: Sequence[Maneuver],
+    estimate: Callable[[Sequence[Maneuver]], Estimate],
+    *,
+    compares_responses: bool,
+) -> Estimate:
+    """Return an estimate whose bounds allow for the accuracy that the aircraft file states.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        That it was made from.
+    estimate : callable
+        Makes it again from changed ones.
+    compares_responses : bool
+        Whether its method fits responses, not coefficients.
+    """
+    values = uncertain_values(
+        maneuvers[0].aircraft, found.axis, compares_responses=compares_responses
+    )
+    if not values or not found.free or not found.converged:
+        return found
+    added = np.zeros_like(found.covariance)
+    shares: dict[str, FloatArray] = {}
+    for one in values:
+        try:
+            moved = estimate([one.move(maneuver) for maneuver in maneuvers])
+        except FlightError:
+            continue
+        if not moved.converged:
+            continue
+        change = np.array(
+            [
+                0.0 if (other := moved.value(name)) is None else other - (found.value(name) or 0.0)
+                for name in found.free
+            ]
+        )
+        added += np.outer(change, change)
+        shares[one.title] = change**2
+    covariance = found.covariance + added
+    derivatives = dict(found.derivatives)
+    for place, name in enumerate(found.free):
+        one_derivative = derivatives[name]
+        derivatives[name] = replace(
+            one_derivative,
+            std=float(np.sqrt(covariance[place, place])),
+            offset=float(np.hypot(one_derivative.offset, np.sqrt(added[place, place]))),
+        )
+    told = _largest_parts_text(found.free, shares, covariance.diagonal())
+    return replace(
+        found,
+        derivatives=derivatives,
+        covariance=covariance,
+        warnings=(*found.warnings, *told),
+    )
+
+
+def _largest_parts_text(
+    names: Sequence[str], shares: Mapping[str, FloatArray], variances: FloatArray
+) -> Iterator[str]:
+    """Say what to measure: values that make more than half the variance of some derivatives."""
+    for title, part in shares.items():
+        ruled = [name for name, large in zip(names, part > 0.5 * variances, strict=True) if large]
+        if ruled:
+            yield (
+                f"the bounds of {', '.join(ruled)} come mostly from the {title}, as uncertain as "
+                "the aircraft file states: measure it for smaller bounds"
+            )
+
+
+# --- moves --------------------------------------------------------------------------------------
+
+
+def _moved_instrument(maneuver: Maneuver, instrument: str, direction: int) -> Maneuver:
+    position = list(getattr(maneuver.aircraft.sensors, instrument).position)
+    position[direction] += maneuver.aircraft.accuracy.position
+    return _with_sensor(maneuver, instrument, position=tuple(position))
+
+
+def _more_upwash(maneuver: Maneuver, vane: str) -> Maneuver:
+    upwash = getattr(maneuver.aircraft.sensors, vane).upwash
+    return _with_sensor(maneuver, vane, upwash=upwash * (1.0 + maneuver.aircraft.accuracy.upwash))
+
+
+def _with_sensor(maneuver: Maneuver, instrument: str, **update: object) -> Maneuver:
+    sensors = maneuver.aircraft.sensors
+    changed = getattr(sensors, instrument).model_copy(update=update)
+    moved = sensors.model_copy(update={instrument: changed})
+    return replace(maneuver, aircraft=maneuver.aircraft.model_copy(update={"sensors": moved}))
+
+
+def _less_late(maneuver: Maneuver, channel: str) -> Maneuver:
+    steps = maneuver.aircraft.accuracy.delay / maneuver.dt
+    return _with_channel(maneuver, channel, lambda samples: advance_samples(samples, steps))
+
+
+def _less_bias(maneuver: Maneuver, channel: str) -> Maneuver:
+    bias = maneuver.aircraft.accuracy.accelerometer_bias
+    return _with_channel(maneuver, channel, lambda samples: samples - bias)
+
+
+def _with_channel(
+    maneuver: Maneuver, channel: str, change: Callable[[FloatArray], FloatArray]
+) -> Maneuver:
+    block = maneuver.block
+    names = (channel, "qbar") if channel == "V" else (channel,)
+    values = block.values.copy()
+    for name in names:
+        if name in block:
+            column = block.channels.index(name)
+            values[:, column] = change(values[:, column])
+    return replace(maneuver, block=Block(channels=block.channels, times=block.times, values=values))
+
+
+def _more_mass(maneuver: Maneuver) -> Maneuver:
+    return replace(maneuver, mass=maneuver.mass * (1.0 + maneuver.aircraft.accuracy.mass))
