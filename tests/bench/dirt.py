@@ -7,6 +7,9 @@ virtual aircraft's box into a Flight CSV; every fifth flight is one of the virtu
 error over bound 0.8 to 1.5 for every derivative given, at most 0.5 % of the numbers off by more
 than five bounds.
 
+The aircraft file states how well it is known (``[accuracy]``), as far as the dirt concerns it; with
+``--plain`` it does not.
+
 bench dirt [COUNT] [KINDS|each] [FIRST]: 200 flights with all kinds by default; ``each`` switches on
 none, one kind after the other, and all, in flights of JSBSim; FIRST is the first seed.
 """
@@ -100,7 +103,9 @@ class Tally:
         return float(np.sqrt(np.mean([ratio**2 for ratio, _ in self.ratios[name]])))
 
 
-def fly_jsbsim(folder: Path, seed: int, kinds: Sequence[str]) -> DirtyFlight:
+def fly_jsbsim(
+    folder: Path, seed: int, kinds: Sequence[str], *, plain: bool = False
+) -> DirtyFlight:
     """Fly one maneuver with JSBSim and write what the box recorded of it."""
     engine = Engine()
     axis: Axis = "lon" if seed % 2 == 0 else "lat"
@@ -131,7 +136,8 @@ def fly_jsbsim(folder: Path, seed: int, kinds: Sequence[str]) -> DirtyFlight:
     window = f"0:{float(block.times[-1]) - 0.05:.2f}"
     return DirtyFlight(
         path=path,
-        aircraft=_believed_file(folder, dirt),
+        # JSBSim flies with the mass of the shipped file.
+        aircraft=write_aircraft(folder, dirt, dirt.mass_factor, plain=plain),
         truth={name: model.derivative(name) for name in axis_derivatives(axis)},
         dirt=dirt,
         window=window,
@@ -212,32 +218,47 @@ def write_csv(path: Path, block: Block, dirt: Dirt, random: np.random.Generator)
     return path
 
 
-def _believed_file(folder: Path, dirt: Dirt) -> str:
-    """Return the aircraft file that the stranger has: with a mass that is not true."""
-    if dirt.mass_factor == 1.0:
-        return "b777"
-    file = SHIPPED_AIRCRAFT.find("b777")
-    mass = load_aircraft("b777").mass.mass / dirt.mass_factor
-    text, count = re.subn(
-        r'(?m)^mass = ".*"', f'mass = "{mass:.6f} kg"', file.read_text(encoding="utf-8")
-    )
+ACCURACY: Mapping[str, str] = {
+    "positions": 'position = "3 cm"',
+    "lags": 'delay = "15 ms"',
+    "clock": 'delay = "15 ms"',
+    "upwash": 'upwash = "10 %"',
+    "accelerometers": 'accelerometer_bias = "0.02 g"',
+    "mass": 'mass = "3 %"',
+}
+"""What a crew that knows of each kind of dirt writes into its aircraft file."""
+
+
+def write_aircraft(folder: Path, dirt: Dirt, mass_factor: float, *, plain: bool) -> str:
+    """Write the aircraft file that the crew has, with a mass that is not true."""
+    text = SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8")
+    mass = load_aircraft("b777").mass.mass / mass_factor
+    text, count = re.subn(r'(?m)^mass = ".*"', f'mass = "{mass:.6f} kg"', text)
     assert count == 1
+    stated = dict.fromkeys(ACCURACY[kind] for kind in dirt.kinds if kind in ACCURACY)
+    if stated and not plain:
+        text += "\n[accuracy]\n" + "\n".join(stated) + "\n"
     path = folder / f"b777-{dirt.seed}.toml"
     path.write_text(text, encoding="utf-8")
     return str(path)
 
 
-def fly_virtual(folder: Path, seed: int, kinds: Sequence[str]) -> DirtyFlight:
+def fly_virtual(
+    folder: Path, seed: int, kinds: Sequence[str], *, plain: bool = False
+) -> DirtyFlight:
     """Fly the virtual aircraft as ``gsapp fly --out`` does; two maneuvers."""
-    settings = FlightSettings(plan="short", seed=seed, dirt=tuple(kinds))
+    dirt = draw_dirt(kinds, seed, load_aircraft("b777"))
+    # Here the aircraft that flies has another mass than the shipped file.
+    file = write_aircraft(folder, dirt, 1.0, plain=plain)
+    settings = FlightSettings(plan="short", seed=seed, dirt=tuple(kinds), aircraft=file)
     path = folder / f"virtual-{seed}"
     write_folder(settings, path, truth=None, console=PlainConsole(stderr=True, quiet=True))
     model = load_model(settings.model)
     return DirtyFlight(
         path=path,
-        aircraft="b777",
+        aircraft=file,
         truth={name: model.derivative(name) for name in axis_derivatives("both")},
-        dirt=settings.draw_dirt(),
+        dirt=dirt,
         window="",
     )
 
@@ -246,18 +267,17 @@ def _is_virtual(seed: int) -> bool:
     return seed % VIRTUAL_EVERY == VIRTUAL_EVERY - 1
 
 
-def fly(folder: Path, seed: int, kinds: Sequence[str]) -> DirtyFlight:
-    if _is_virtual(seed):
-        return fly_virtual(folder, seed, kinds)
-    return fly_jsbsim(folder, seed, kinds)
+def fly(folder: Path, seed: int, kinds: Sequence[str], *, plain: bool) -> DirtyFlight:
+    one = fly_virtual if _is_virtual(seed) else fly_jsbsim
+    return one(folder, seed, kinds, plain=plain)
 
 
-def tally(kinds: Sequence[str], seeds: Sequence[int]) -> dict[str, Tally]:
+def tally(kinds: Sequence[str], seeds: Sequence[int], *, plain: bool) -> dict[str, Tally]:
     """Fly and estimate by every method; a flight without a detected maneuver is named whole."""
     found = {method: Tally() for method in estimation_methods()}
     for seed in seeds:
         with tempfile.TemporaryDirectory() as made:
-            flown = fly(Path(made), seed, kinds)
+            flown = fly(Path(made), seed, kinds, plain=plain)
             flights = FlightCache()
             for method, one in found.items():
                 _add(one, flown, method, flights)
@@ -336,6 +356,7 @@ def main(*arguments: str) -> dict[str, Tally]:
     logging.disable(logging.WARNING)
     options = [one for one in arguments if not one.startswith("-")]
     count = int(options[0]) if options else (20 if "--quick" in arguments else COUNT)
+    plain = "--plain" in arguments
     kinds = options[1] if len(options) > 1 else "all"
     first = int(options[2]) if len(options) > 2 else FIRST_SEED
     seeds: Sequence[int] = range(first, first + count)
@@ -344,11 +365,11 @@ def main(*arguments: str) -> dict[str, Tally]:
             found = {}
             seeds = [one for one in range(first, first + 2 * count) if not _is_virtual(one)][:count]
             for kind in ("none", *DIRT_KINDS, "all"):
-                found[kind] = tally(() if kind == "none" else (kind,), seeds)
+                found[kind] = tally(() if kind == "none" else (kind,), seeds, plain=plain)
                 print_each({kind: found[kind]})
                 sys.stdout.flush()
             return found["all"]
-        tallies = tally(() if kinds == "none" else kinds.split(","), seeds)
+        tallies = tally(() if kinds == "none" else kinds.split(","), seeds, plain=plain)
         print_table(tallies)
         return tallies
     return {}

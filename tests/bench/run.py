@@ -73,7 +73,7 @@ def main(arguments: list[str]) -> int:
     given = names[1:] if names[:1] in (["real"], ["dirt"]) else []
     names = names[: len(names) - len(given)]
     unknown = [name for name in names if name not in BENCHMARKS]
-    if unknown or set(options) - {"--quick"}:
+    if unknown or set(options) - {"--quick", "--plain"}:
         print(__doc__)
         print("\n".join(f"  {name:17} {what}" for name, what in BENCHMARKS.items()))
         return 2
@@ -81,7 +81,7 @@ def main(arguments: list[str]) -> int:
     for name in names or [name for name in BENCHMARKS if name not in ONLY_WHEN_NAMED]:
         print(f"\n=== {name}: {BENCHMARKS[name]}", flush=True)
         started = time.monotonic()
-        load(name).main(*given, *(["--quick"] if "--quick" in options else []))
+        load(name).main(*given, *options)
         print(f"=== {name}: {time.monotonic() - started:.0f} s", flush=True)
     return 0
 

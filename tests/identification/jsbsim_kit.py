@@ -253,6 +253,8 @@ class Engine:
         """
         self.fdm["simulation/randomseed"] = seed
         self.fdm["atmosphere/turb-type"] = MILSPEC_TURBULENCE
+        # The severity counts above 2,000 ft only, but 0 is no turbulence at all.
+        self.fdm["atmosphere/turbulence/milspec/severity"] = 3
         self.fdm["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = sigma / 0.1 / FOOT
 
     def fly(
