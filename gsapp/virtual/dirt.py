@@ -45,6 +45,17 @@ DIRT_KINDS: Final[Mapping[str, str]] = MappingProxyType(
 )
 """Each kind with what it draws."""
 
+_ACCURACY: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "positions": 'position = "3 cm"',
+        "lags": 'delay = "15 ms"',
+        "clock": 'delay = "15 ms"',
+        "upwash": 'upwash = "10 %"',
+        "accelerometers": 'accelerometer_bias = "0.02 g"',
+        "mass": 'mass = "3 %"',
+    }
+)
+"""Standard deviations of what is drawn, in the words of an aircraft file."""
 _LAGGED: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V", "de", "da", "dr")
 _COARSE: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "de", "da", "dr")
 _POSITIONED: Final = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
@@ -126,6 +137,12 @@ class Dirt:
         return aircraft.model_copy(
             update={"sensors": sensors.model_copy(update=moved), "mass": mass}
         )
+
+    @property
+    def accuracy(self) -> str:
+        """Return the section of the aircraft file in which a crew says what it does not know."""
+        stated = dict.fromkeys(_ACCURACY[kind] for kind in self.kinds if kind in _ACCURACY)
+        return "\n".join(("[accuracy]", *stated, "")) if stated else ""
 
     def throttle_offset(self, time: float) -> float:
         """Return what is added to the throttle at a time (s)."""

@@ -218,26 +218,14 @@ def write_csv(path: Path, block: Block, dirt: Dirt, random: np.random.Generator)
     return path
 
 
-ACCURACY: Mapping[str, str] = {
-    "positions": 'position = "3 cm"',
-    "lags": 'delay = "15 ms"',
-    "clock": 'delay = "15 ms"',
-    "upwash": 'upwash = "10 %"',
-    "accelerometers": 'accelerometer_bias = "0.02 g"',
-    "mass": 'mass = "3 %"',
-}
-"""What a crew that knows of each kind of dirt writes into its aircraft file."""
-
-
 def write_aircraft(folder: Path, dirt: Dirt, mass_factor: float, *, plain: bool) -> str:
     """Write the aircraft file that the crew has, with a mass that is not true."""
     text = SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8")
     mass = load_aircraft("b777").mass.mass / mass_factor
     text, count = re.subn(r'(?m)^mass = ".*"', f'mass = "{mass:.6f} kg"', text)
     assert count == 1
-    stated = dict.fromkeys(ACCURACY[kind] for kind in dirt.kinds if kind in ACCURACY)
-    if stated and not plain:
-        text += "\n[accuracy]\n" + "\n".join(stated) + "\n"
+    if not plain:
+        text += f"\n{dirt.accuracy}"
     path = folder / f"b777-{dirt.seed}.toml"
     path.write_text(text, encoding="utf-8")
     return str(path)

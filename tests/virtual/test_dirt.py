@@ -1,11 +1,12 @@
 """Dirt of virtual flights: drawn as documented, and at work where it should be."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
 
-from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.aircraft import Accuracy, Aircraft, load_aircraft
 from gsapp.decoding.dialect import dialect
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import GRAVITY
@@ -66,6 +67,24 @@ def test_the_aircraft_that_flies_is_not_that_of_its_file(aircraft: Aircraft) -> 
         actual.sensors.accelerometer.bias, aircraft.sensors.accelerometer.bias
     ) == pytest.approx(tuple(dirt.offsets.values()))
     assert Dirt().apply_to(aircraft) == aircraft
+
+
+def test_the_accuracy_stated_is_that_of_what_is_drawn(aircraft: Aircraft) -> None:
+    """The root mean square of each deviation is within a third of what the file then says."""
+    drawn = [draw_dirt(("all",), seed, aircraft) for seed in SEEDS]
+    stated = Accuracy(**tomllib.loads(drawn[0].accuracy)["accuracy"])
+    found = {
+        "mass": [one.mass_factor - 1.0 for one in drawn],
+        "position": [off for one in drawn for place in one.positions.values() for off in place],
+        # Of twelve channels three are late.
+        "delay": [lag for one in drawn for lag in (*one.lags.values(), *[0.0] * 9)],
+        "upwash": [one.upwash["alpha_vane"] - 1.0 for one in drawn],
+        "accelerometer_bias": [off for one in drawn for off in one.offsets.values()],
+    }
+    for name, values in found.items():
+        rms = float(np.sqrt(np.mean(np.square(values))))
+        assert rms == pytest.approx(getattr(stated, name), rel=0.33), name
+    assert draw_dirt(("gusts",), 1, aircraft).accuracy == ""
 
 
 def test_a_flexible_structure_rings_at_its_frequency() -> None:
