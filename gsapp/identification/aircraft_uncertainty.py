@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -65,23 +66,23 @@ def _of_axis(aircraft: Aircraft, axis: Axis, compares_responses: bool) -> Iterat
         for instrument, direction in _POSITIONS[axis]:
             yield UncertainValue(
                 title=f"{'xyz'[direction]} position of the {instrument.replace('_', ' ')}",
-                move=lambda one, i=instrument, d=direction: _moved_instrument(one, i, d),
+                move=partial(_moved_instrument, instrument=instrument, direction=direction),
             )
     if accuracy.upwash:
         for vane in _VANES[axis]:
             yield UncertainValue(
                 title=f"upwash at the {vane.replace('_', ' ')}",
-                move=lambda one, v=vane: _more_upwash(one, v),
+                move=partial(_more_upwash, vane=vane),
             )
     if accuracy.delay:
         for channel in _CHANNELS[axis]:
             yield UncertainValue(
-                title=f"delay of {channel}", move=lambda one, c=channel: _less_late(one, c)
+                title=f"delay of {channel}", move=partial(_less_late, channel=channel)
             )
     if accuracy.accelerometer_bias and compares_responses:
         for channel in _ACCELERATIONS[axis]:
             yield UncertainValue(
-                title=f"zero of {channel}", move=lambda one, c=channel: _less_bias(one, c)
+                title=f"zero of {channel}", move=partial(_less_bias, channel=channel)
             )
 
 

@@ -41,6 +41,7 @@ from gsapp.identification.estimate_corrections import (
 from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.methods import (
+    compares_coefficients,
     estimation_method,
     estimation_methods,
     short_method_title,
@@ -266,7 +267,7 @@ def fit_maneuver(
     Parameters as of `fit_maneuvers_jointly`.
     """
     try:
-        estimate = fit_maneuvers_jointly((maneuver,), axis, settings, means, known)
+        estimate = _fit_with_accuracy((maneuver,), axis, settings, means, known)
     except FlightError as error:
         return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
     if not maneuver.inputs:
@@ -374,14 +375,30 @@ def _estimate_about_cg(
         start={**start, **settings.start},
         assumed_constants=needed,
     )
-    method = estimation_method(settings.method)
-    found = method.estimate(task)
+    return estimation_method(settings.method).estimate(task)
+
+
+def _fit_with_accuracy(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> Estimate:
+    """Return the estimate with bounds that allow for the accuracy of the aircraft file.
+
+    Parameters as of `fit_maneuvers_jointly`. Methods beside it keep their own bounds: what the file
+    has wrong is wrong for all of them.
+    """
+    found = fit_maneuvers_jointly(maneuvers, axis, settings, means, known)
     near = {name: value for name in found.free if (value := found.value(name)) is not None}
+    # Of these fits values alone count, which begin close to where they end.
+    again = settings.with_changes(start=near, bound_factor=1.0, tolerance=1e-5)
     return add_aircraft_uncertainty(
         found,
         maneuvers,
-        lambda moved: method.estimate(replace(task, maneuvers=tuple(moved), start=near)),
-        compares_responses=method.compares == "responses",
+        lambda moved: fit_maneuvers_jointly(moved, axis, again, means, known),
+        compares_responses=not compares_coefficients(settings.method),
     )
 
 
@@ -447,7 +464,7 @@ def run_campaign(
     for axis, together in groups:
         _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
         try:
-            joint.append(fit_maneuvers_jointly(together, axis, settings, means, known))
+            joint.append(_fit_with_accuracy(together, axis, settings, means, known))
             others, failures = _fit_by_other_methods(together, axis, settings, means, known)
             comparisons.append(others)
             remarks += failures

@@ -38,7 +38,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.foundation import GroundStationError
 from gsapp.identification.axes import Axis, axis_derivatives
-from gsapp.identification.methods import estimation_methods
+from gsapp.identification.methods import DEFAULT_METHOD, estimation_methods
 from gsapp.identification.runs.inputs import FlightCache
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.run_execution import execute_run
@@ -273,7 +273,11 @@ def tally(kinds: Sequence[str], seeds: Sequence[int], *, plain: bool) -> dict[st
 
 
 def _add(one: Tally, flown: DirtyFlight, method: str, flights: FlightCache) -> None:
-    request = RunRequest(flights=(flown.path,), aircraft=flown.aircraft, method=method)
+    # The others are computed beside the default anyway, and cover what they disagree.
+    request = RunRequest(
+        flights=(flown.path,), aircraft=flown.aircraft, method=method,
+        single_method=method != DEFAULT_METHOD,
+    )  # fmt: skip
     started = time.process_time()
     try:
         try:
@@ -290,7 +294,8 @@ def _add(one: Tally, flown: DirtyFlight, method: str, flights: FlightCache) -> N
     finally:
         one.cpu += time.process_time() - started
     one.flights += 1
-    for name, value in outcome.result.values.items():
+    for name, summary in outcome.summary.derivatives.items():
+        value = summary.value
         if name in flown.truth:
             ratio = (value.mean - flown.truth[name]) / value.std
             one.ratios.setdefault(name, []).append((ratio, flown.dirt.seed))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -60,8 +61,7 @@ def fit(
     problem = build_problem(maneuvers, settings)
     solver = Solver(problem, settings, progress)
     _check_sample_count(problem, solver)
-    quick = _equation_error_values(maneuvers, settings, problem)
-    solved = _solve_or_restart(maneuvers, settings, problem, solver, quick)
+    solved = _solve_or_restart(maneuvers, settings, problem, solver)
     solution = build_solution(problem, solver, solved, settings)
     signs = suspicious_signs(solution.estimate)
     unseen = any(
@@ -81,8 +81,12 @@ def _solve_or_restart(
     settings: MLSettings,
     problem: EstimationProblem,
     solver: Solver,
-    quick: Mapping[str, float],
 ) -> SolverResult:
+    if settings.start.keys() >= set(_linear_derivatives(problem)):
+        # Nothing is left that equation error could start.
+        with contextlib.suppress(DivergedError):
+            return solver.solve(initial_unknowns(problem, settings, {}))
+    quick = _equation_error_values(maneuvers, settings, problem)
     unbiased = settings.with_changes(start={})
     for chosen, values in ((settings, quick), (unbiased, quick), (unbiased, {})):
         try:
