@@ -261,14 +261,18 @@ def fly(folder: Path, seed: int, kinds: Sequence[str], *, plain: bool) -> DirtyF
 
 
 def tally(kinds: Sequence[str], seeds: Sequence[int], *, plain: bool) -> dict[str, Tally]:
-    """Fly and estimate by every method; a flight without a detected maneuver is named whole."""
+    """Fly and estimate by every method; a flight without a detected maneuver is named whole.
+
+    Ctrl-C returns what was measured so far.
+    """
     found = {method: Tally() for method in estimation_methods()}
-    for seed in seeds:
-        with tempfile.TemporaryDirectory() as made:
-            flown = fly(Path(made), seed, kinds, plain=plain)
-            flights = FlightCache()
-            for method, one in found.items():
-                _add(one, flown, method, flights)
+    with contextlib.suppress(KeyboardInterrupt):
+        for seed in seeds:
+            with tempfile.TemporaryDirectory() as made:
+                flown = fly(Path(made), seed, kinds, plain=plain)
+                flights = FlightCache()
+                for method, one in found.items():
+                    _add(one, flown, method, flights)
     return found
 
 
@@ -353,7 +357,7 @@ def main(*arguments: str) -> dict[str, Tally]:
     kinds = options[1] if len(options) > 1 else "all"
     first = int(options[2]) if len(options) > 2 else FIRST_SEED
     seeds: Sequence[int] = range(first, first + count)
-    with np.errstate(all="ignore"), contextlib.suppress(KeyboardInterrupt):
+    with np.errstate(all="ignore"):
         if kinds == "each":
             found = {}
             seeds = [one for one in range(first, first + 2 * count) if not _is_virtual(one)][:count]
@@ -365,7 +369,6 @@ def main(*arguments: str) -> dict[str, Tally]:
         tallies = tally(() if kinds == "none" else kinds.split(","), seeds, plain=plain)
         print_table(tallies)
         return tallies
-    return {}
 
 
 if __name__ == "__main__":
