@@ -360,6 +360,8 @@ class InputFlight:
 
 
 class _Steady:
+    rotation = (0.0, 0.0, 0.0)
+
     def __init__(self, gust: tuple[float, float, float]) -> None:
         self.gust = gust
 
