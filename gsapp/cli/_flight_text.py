@@ -163,6 +163,7 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
     """Return what a run gave, with the certificates that its flights were read with."""
     from gsapp.identification.estimate_json import campaign_json
     from gsapp.identification.runs.inputs import flight_open_requests
+    from gsapp.report.form_text import forms_json
 
     opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
     content: dict[str, Any] = campaign_json(outcome.result)
@@ -182,6 +183,7 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
     ]
     return content | {
         "instruments": instruments,
+        "forms": forms_json(outcome.result, outcome.result.values),
         "calibration": calibration_json(one.flight for one in opened),
     }
 

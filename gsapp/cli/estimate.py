@@ -34,6 +34,14 @@ def estimate(
             "--update-aircraft", help="Write the vane positions found into the aircraft file"
         ),
     ] = False,
+    form: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FORM",
+            help="Also print the derivatives as CL-CD, CX-CZ, dimensional, dimensional-vane (flow "
+            "angles at the vanes) or state-space (A, B, modes); repeatable",
+        ),
+    ] = None,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -47,21 +55,34 @@ def estimate(
 
     Example: gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
 
+    Example: gsapp estimate flights/a --form dimensional-vane --form state-space
+
     Example: gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
 
     Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._flight_text import check_fitted, outcome_json
-    from gsapp.cli._usage_errors import as_usage_error, check_catalog, check_windows
+    from gsapp.cli._usage_errors import (
+        CommandUsageError,
+        as_usage_error,
+        check_catalog,
+        check_windows,
+    )
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
+    from gsapp.foundation.name_suggestions import did_you_mean
     from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.run_execution import execute_run
     from gsapp.identification.runs.run_store import save_run
+    from gsapp.identification.summary.derivative_forms import FORM_TITLES
     from gsapp.quantities import channel
 
+    for name in form or ():
+        if name not in FORM_TITLES:
+            hint = did_you_mean(name, FORM_TITLES, f"there are {', '.join(FORM_TITLES)}")
+            raise CommandUsageError(f"there is no form '{name}'; {hint}")
     console = PlainConsole(stderr=is_stdout(json))
     if euler:
         settings["integration"] = "euler"
@@ -89,6 +110,8 @@ def estimate(
     if json is not None:
         write_json(json, outcome_json(outcome, flight_cache))
     print_outcome(console, outcome)
+    if form:
+        _print_forms(console, outcome, form)
     check_fitted(outcome)
     if update_aircraft:
         _update_aircraft(console, outcome)
@@ -137,6 +160,23 @@ _LEGEND = (
     "bound: standard error of the mean. Its parts: noise, and disagreement of maneuvers or methods "
     "beyond their own bounds"
 )
+
+
+def _print_forms(console: PlainConsole, outcome: RunOutcome, wanted: Sequence[str]) -> None:
+    """Print the means, and each joint fit, in other forms."""
+    from gsapp.cli._options import DISPLAY_UNITS
+    from gsapp.identification.summary.derivative_forms import forms_of_estimate, forms_of_means
+    from gsapp.report.form_text import form_tables
+
+    units, result = DISPLAY_UNITS.get(), outcome.result
+    tables = form_tables(forms_of_means(result, result.values), units, wanted)
+    for one in result.joint:
+        tables += form_tables(forms_of_estimate(result, one), units, wanted, "joint fit")
+    for table in tables:
+        shown = console.create_table(table.title, table.columns, right=table.columns[1:3])
+        for row in table.rows:
+            shown.add_row(*row)
+        console.print_unwrapped(shown)
 
 
 def _values(console: PlainConsole, outcome: RunOutcome) -> Table:

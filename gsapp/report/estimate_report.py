@@ -20,10 +20,13 @@ from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.campaign_linear_models import (
     LinearModelValidation,
+)
+from gsapp.identification.summary.derivative_forms import FORM_TITLES, forms_of_means
+from gsapp.identification.summary.method_comparison import contradiction_warnings
+from gsapp.identification.summary.mode_uncertainty import (
     ModeUncertainty,
     propagate_mode_uncertainty,
 )
-from gsapp.identification.summary.method_comparison import contradiction_warnings
 from gsapp.report.document import (
     Document,
     DocumentFigure,
@@ -56,6 +59,7 @@ from gsapp.report.fit_diagnostics import (
     method_comparison_table,
 )
 from gsapp.report.fit_figures import fit_figure, residual_figure
+from gsapp.report.form_text import form_tables
 from gsapp.report.ftr_histories import FlightEstimateHistory
 from gsapp.report.linear_report import linear_section
 from gsapp.report.mode_figures import modes_figure, modes_table
@@ -125,6 +129,7 @@ def estimate_document(
         _online_section(reported),
         linear_section(reported.linear, units=units),
         _modes_section(reported, units),
+        _forms_section(reported, units),
         _maneuvers_section(outcome.result, units),
         fit_diagnostics_section(outcome.result),
         provenance_section(campaign_provenance(outcome)),
@@ -274,6 +279,22 @@ def _modes_section(reported: CampaignReportData, units: ReportUnits) -> Document
         (modes_table(modes, units), modes_figure(modes)) if modes else ()
     )
     return DocumentSection(title="Dynamic modes", parts=parts)
+
+
+def _forms_section(reported: CampaignReportData, units: ReportUnits) -> DocumentSection:
+    """Return the means in the forms that others publish, but for what other sections hold."""
+    means = {name: one.value for name, one in reported.summary.derivatives.items()}
+    forms = forms_of_means(reported.result, means)
+    wanted = [form for form in FORM_TITLES if form != "state-space"]
+    return DocumentSection(
+        title="Other forms",
+        parts=tuple(
+            DocumentTable(
+                caption=one.title, columns=one.columns, rows=one.rows, numeric=frozenset({1, 2})
+            )
+            for one in form_tables(forms, units, wanted)
+        ),
+    )
 
 
 def _maneuvers_section(result: CampaignResult, units: ReportUnits) -> DocumentSection:

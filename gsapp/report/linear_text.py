@@ -20,11 +20,15 @@ from gsapp.identification.summary.campaign_linear_models import (
     LinearModelValidation,
     validate_linear_models,
 )
+from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
 from gsapp.report.settings import REPORT
 
 MODE_COLUMNS: Final = (
     "mode", "pole [1/s]", "frequency [rad/s]", "damping ratio", "time constant [s]",
 )  # fmt: skip
+
+
+MODE_BOUND_COLUMNS: Final = ("mode", "frequency [rad/s]", "damping ratio", "time constant [s]")
 
 
 def compare_linear_models(
@@ -152,10 +156,31 @@ def mode_rows(model: LinearModel) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def _time_constant(mode: Mode) -> str:
+def _time_constant(mode: Mode, std: float = math.nan) -> str:
     if not abs(mode.time_constant) < REPORT.neutral_time_constant:
         return "neutral"
-    return f"{abs(mode.time_constant):.2f}" + (" (grows)" if mode.time_constant < 0.0 else "")
+    shown = _with_bound(abs(mode.time_constant), std)
+    return shown + (" (grows)" if mode.time_constant < 0.0 else "")
+
+
+def mode_cells(one: ModeUncertainty) -> tuple[str, ...]:
+    """Return the cells of a mode with its bounds, as `MODE_BOUND_COLUMNS` has them."""
+    mode = one.mode
+    return (
+        mode.name,
+        _with_bound(mode.frequency, one.frequency_std),
+        _with_bound(mode.damping, one.damping_std) if mode.pole.imag else "",
+        _time_constant(mode, one.time_constant_std),
+    )
+
+
+def _with_bound(value: float, std: float) -> str:
+    if not math.isfinite(value):
+        return ""
+    if not math.isfinite(std) or std <= 0.0:
+        return f"{value:.2f}"
+    digits = min(max(0, 1 - math.floor(math.log10(std))), 4)
+    return f"{value:.{digits}f} ± {std:.{digits}f}"
 
 
 def comparison_json(comparison: LinearModelValidation) -> dict[str, Any]:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 
-from gsapp.identification.summary.campaign_linear_models import ModeUncertainty
+from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
 from gsapp.quantities import channel
 from gsapp.quantities.units import from_si
 from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
+from gsapp.report.linear_text import MODE_BOUND_COLUMNS, mode_cells
 from gsapp.report.palette import PRINT_PALETTE, Palette, flight_marker
 from gsapp.report.plot_elements import exact_number_text, format_axes
 from gsapp.report.settings import REPORT
@@ -105,42 +106,19 @@ def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> D
         columns=(
             "axis",
             f"V [{unit}]",
-            "mode",
-            "frequency [rad/s]",
-            "damping ratio",
-            "time constant [s]",
+            *MODE_BOUND_COLUMNS,
         ),
         rows=tuple(
             (
                 axis,
                 f"{from_si(one.speed, unit, spec.quantity):.{spec.decimals(unit)}f}",
-                one.mode.name,
-                _with_bound(one.mode.frequency, one.frequency_std),
-                _with_bound(one.mode.damping, one.damping_std) if one.mode.pole.imag else "",
-                _time_constant(one),
+                *mode_cells(one),
             )
             for axis, found in modes.items()
             for one in found
         ),
         numeric=frozenset({1, 3, 4, 5}),
     )
-
-
-def _time_constant(one: ModeUncertainty) -> str:
-    """Return a time constant with its bound; what grows is said."""
-    value = one.mode.time_constant
-    if not abs(value) < REPORT.neutral_time_constant:
-        return "neutral"
-    return _with_bound(abs(value), one.time_constant_std) + (" (grows)" if value < 0.0 else "")
-
-
-def _with_bound(value: float, std: float) -> str:
-    if not math.isfinite(value):
-        return ""
-    if not math.isfinite(std) or std <= 0.0:
-        return f"{value:.2f}"
-    digits = min(max(0, 1 - math.floor(math.log10(std))), 4)
-    return f"{value:.{digits}f} ± {std:.{digits}f}"
 
 
 def _numbers(modes: Mapping[str, Sequence[ModeUncertainty]]) -> DocumentTable:

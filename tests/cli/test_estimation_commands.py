@@ -15,6 +15,7 @@ import pytest
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
+from gsapp.aircraft import load_aircraft
 from gsapp.cli.estimate import estimate
 from gsapp.cli.main import app
 from gsapp.cli.report import report
@@ -169,6 +170,18 @@ def test_hold_free_weights_and_joint_do_what_they_say(flights: Path, tmp_path: P
         TRUTH.derivative("Cm_alpha"), rel=0.1
     )
     assert content["joint"]["fits"][0]["maneuvers"] == ["1:1", "2:1"]
+    forms = content["forms"]["joint"]["lon"]
+    condition = forms["condition"]
+    aircraft = load_aircraft("b777")
+    expected = (
+        content["joint"]["derivatives"]["Cm_alpha"]["value"]
+        * condition["qbar"] * aircraft.geometry.wing_area * aircraft.geometry.chord
+        / aircraft.mass.iyy
+    )  # fmt: skip
+    # The CG as flown lies next to the file's.
+    assert forms["dimensional"]["M_alpha"]["value"] == pytest.approx(expected, rel=0.05)
+    assert forms["dimensional"]["M_alpha"]["unit"] == "1/s^2"
+    assert "short period" in {one["name"] for one in forms["state-space"]["modes"]}
     content = result_of(
         "estimate", flights / "flight5.csv", "--axis", "lon", "--free", "Cm_alpha,Cm_q,Cm_de,Cm_0",
         "--model", "b777", folder=tmp_path,

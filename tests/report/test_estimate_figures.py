@@ -16,7 +16,7 @@ from gsapp.identification import equation_error, ftr
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.runs.run_execution import exclude_maneuvers
 from gsapp.identification.summary import summarize_campaign
-from gsapp.identification.summary.campaign_linear_models import propagate_mode_uncertainty
+from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
 from gsapp.quantities import TRACE_COLORS
 from gsapp.report.document import DocumentFigure, figure_style, render_png
 from gsapp.report.document_writer import export_figure

@@ -38,7 +38,7 @@ from ui.translation import QT_TR_NOOP, tr
 
 if TYPE_CHECKING:
     from gsapp.identification.results import Estimate
-    from gsapp.identification.summary.campaign_linear_models import ModeUncertainty
+    from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
     from gsapp.report.document import DocumentFigure, DocumentTable
     from gsapp.report.palette import Palette
 
@@ -247,7 +247,7 @@ def _build_error_table(data: FigureData) -> DocumentTable | None:
 
 
 def _modes_with_spread(data: FigureData) -> dict[str, tuple[ModeUncertainty, ...]]:
-    from gsapp.identification.summary.campaign_linear_models import propagate_mode_uncertainty
+    from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
 
     outcome = data.outcome
     return {

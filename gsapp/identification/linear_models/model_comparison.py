@@ -138,14 +138,22 @@ class EvaluatedModel:
     remarks: tuple[str, ...] = ()
 
 
-def mean_condition(maneuvers: Sequence[Maneuver]) -> SteadyCondition:
-    """Return the steady condition that maneuvers have in common: means of their first moments."""
+def mean_condition(
+    maneuvers: Sequence[Maneuver], stand_ins: Mapping[str, float] | None = None
+) -> SteadyCondition:
+    """Return the steady condition that maneuvers have in common.
+
+    Speed and density are means over the maneuvers, as dynamic pressure acts in them; angle of
+    attack and elevator those of their first moments.
+
+    `stand_ins`: as in `gsapp.identification.motion.measured_motion`.
+    """
     rows = []
     for maneuver in maneuvers:
-        motion = measured_motion(maneuver)
+        motion = measured_motion(maneuver, stand_ins=stand_ins)
         first = slice(0, max(1, round(0.3 / maneuver.dt)))
-        V, alpha = motion.state("V")[first].mean(), motion.state("alpha")[first].mean()
-        de, rho = motion.input("de")[first].mean(), motion.input("rho")[first].mean()
+        V, rho = motion.state("V").mean(), motion.input("rho").mean()
+        alpha, de = motion.state("alpha")[first].mean(), motion.input("de")[first].mean()
         rows.append((V, alpha, de, rho, maneuver.mass))
     V, alpha, de, rho, mass = (float(value) for value in np.mean(rows, axis=0))
     return SteadyCondition(U1=V, alpha1=alpha, de1=de, rho=rho, mass=mass)

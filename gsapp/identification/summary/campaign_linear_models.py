@@ -8,14 +8,13 @@ The derivatives are estimated anew for it, so that nothing of the others is in t
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
-from gsapp.dynamics.linearization import LinearModel, Mode
+from gsapp.dynamics.linearization import LinearModel
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_SURFACES, AXIS_TITLES
 from gsapp.identification.campaign import (
@@ -25,6 +24,7 @@ from gsapp.identification.campaign import (
     run_campaign,
 )
 from gsapp.identification.estimate_corrections import derivatives_about_flown_cg
+from gsapp.identification.linear_models.derivative_conversion import SteadyCondition
 from gsapp.identification.linear_models.model_comparison import (
     DRAG_DERIVATIVES,
     FittedModel,
@@ -106,10 +106,7 @@ def build_linear_models(
             continue
         words = AXIS_TITLES[axis]
         try:
-            check_required_derivatives(axis, values)
-            found[axis] = model_from_derivatives(
-                flown[0].aircraft, mean_condition(flown), axis, values
-            )
+            found[axis] = model_about_flown_cg(flown[0], mean_condition(flown), axis, values)
         except FlightError as error:
             remarks.append(f"{NO_LINEAR_MODEL_PREFIX} {words} model: {error}")
             continue
@@ -121,83 +118,17 @@ def build_linear_models(
     return found, tuple(remarks)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModeUncertainty:
-    """A mode with what the bounds of the means leave open."""
+def model_about_flown_cg(
+    maneuver: Maneuver, condition: SteadyCondition, axis: LinearAxis, values: Mapping[str, float]
+) -> LinearModel:
+    """Return the linear model of derivatives that are about the aircraft file's CG.
 
-    mode: Mode
-    speed: float  # True airspeed of the steady flight, m/s.
-    real_std: float
-    imaginary_std: float
-    """Standard deviations of the pole's parts, 1/s."""
-    frequency_std: float
-    damping_std: float
-    time_constant_std: float
-    """Standard deviations, rad/s, none, s; NaN where a change of one bound turns a pair into two
-    real poles, or the other way round."""
-
-
-def propagate_mode_uncertainty(
-    result: CampaignResult, summary: CampaignSummary, axis: LinearAxis
-) -> tuple[ModeUncertainty, ...]:
-    """Return the modes of the linear model with the means, and how far the bounds let them stray.
-
-    Each derivative is moved by one bound up and down, the others held; what that does to a mode
-    adds up in squares. Bounds of means are taken as independent.
-
-    Raises `FlightError` if no maneuver moved a surface of the axis, or a channel is missing.
+    Raises `FlightError` if derivatives are missing that no model can do without.
     """
-    flown = [
-        one.maneuver
-        for one in result.results
-        if one.estimate is not None and not set(AXIS_SURFACES[axis]).isdisjoint(one.maneuver.inputs)
-    ]
-    if not flown:
-        raise FlightError("no maneuver moved a surface of this axis")
-    means = {name: one.value.mean for name, one in summary.derivatives.items()}
-    values = known_derivatives(result.settings, means)
-    aircraft, condition = flown[0].aircraft, mean_condition(flown)
-
-    def modes(changed: dict[str, float]) -> tuple[Mode, ...]:
-        return model_from_derivatives(aircraft, condition, axis, {**values, **changed}).modes()
-
-    middle = modes({})
-    sides = [
-        (modes({name: mean + std}), modes({name: mean - std}))
-        for name, mean, std in (
-            (name, one.value.mean, one.value.std) for name, one in summary.derivatives.items()
-        )
-    ]
-    return tuple(
-        _mode_uncertainty(one, condition.U1, place, sides, middle)
-        for place, one in enumerate(middle)
-    )
-
-
-def _mode_uncertainty(
-    mode: Mode,
-    speed: float,
-    place: int,
-    sides: Sequence[tuple[tuple[Mode, ...], tuple[Mode, ...]]],
-    middle: tuple[Mode, ...],
-) -> ModeUncertainty:
-    squares = [0.0] * 5
-    for up, down in sides:
-        if [one.name for one in up] != [one.name for one in middle] or len(down) != len(up):
-            squares = [math.nan] * 5
-            break
-        one, other = up[place], down[place]
-        steps = (
-            one.pole.real - other.pole.real, one.pole.imag - other.pole.imag,
-            one.frequency - other.frequency, one.damping - other.damping,
-            one.time_constant - other.time_constant,
-        )  # fmt: skip
-        squares = [sum_ + (0.5 * step) ** 2 for sum_, step in zip(squares, steps, strict=True)]
-    real, imaginary, frequency, damping, time_constant = map(math.sqrt, squares)
-    return ModeUncertainty(
-        mode=mode, speed=speed, real_std=real, imaginary_std=imaginary, frequency_std=frequency,
-        damping_std=damping, time_constant_std=time_constant,
-    )  # fmt: skip
+    check_required_derivatives(axis, values)
+    aircraft = maneuver.aircraft
+    about_cg = derivatives_about_flown_cg(values, maneuver.cg_shift, aircraft.geometry)
+    return model_from_derivatives(aircraft, condition, axis, about_cg)
 
 
 SUBSPACE_ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
