@@ -4,19 +4,21 @@ Virtual maneuvers with known derivatives (varied, as are speed, inputs and seeds
 white and colored noise (first-order recursion, 0.9 from sample to sample). A bound is honest where
 the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. Besides:
 how often gusts are reported in calm and in gusty air, what equation error makes of those maneuvers,
+what single rudder doublets give by each method,
 and how far the fast engine and the plain one are apart on whole maneuvers.
 """
 
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.identification import equation_error
+from gsapp.identification import equation_error, ftr
 from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, Axis, axis_derivatives
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
@@ -135,6 +137,40 @@ def print_gusts(count: int) -> None:
                 )
 
 
+def print_rudder_doublets(count: int) -> None:
+    """Print errors over bounds of what single rudder doublets give, by each method.
+
+    Sideslip and roll rate move nearly as one in them, so that derivatives are withheld.
+    """
+    methods: dict[str, Callable[[Maneuver], Estimate]] = {
+        "ml": lambda one: fit([one], MLSettings(axis="lat")).estimate,
+        "ee": lambda one: equation_error.estimate([one], "lat"),
+        "ftr": lambda one: ftr.estimate([one], "lat"),
+    }
+    flown = [fly(7000 + seed, "lat", dt=0.02, still=("da",)) for seed in range(count)]
+    print(f"{count} rudder doublets, error over bound (worst; given of {count})")
+    print(f"{'':10}" + "".join(f"{name:>20}" for name in methods))
+    found: dict[str, dict[str, list[float]]] = {name: {} for name in methods}
+    for method, estimate in methods.items():
+        for virtual in flown:
+            for name, one in estimate(virtual.maneuver).derivatives.items():
+                if one.status == "estimated" and one.value is not None and one.std:
+                    error = (one.value - virtual.truth[name]) / one.std
+                    found[method].setdefault(name, []).append(error)
+    for name in axis_derivatives("lat"):
+        cells = [found[method].get(name, []) for method in methods]
+        if any(cells):
+            print(
+                f"{name:10}"
+                + "".join(
+                    f"{_rms(own):8.2f} ({max(map(abs, own)):4.1f}; {len(own):3d})"
+                    if own
+                    else f"{'withheld':>20}"
+                    for own in cells
+                )
+            )
+
+
 def agreement(kind: str, seed: int) -> tuple[float, float, float]:
     """Fit a whole maneuver both ways; return the largest differences.
 
@@ -183,6 +219,7 @@ def main(*options: str) -> dict[str, float]:
             worst[f"{kind} {title} least"] = min(ratios)
             worst[f"{kind} {title} most"] = max(ratios)
     print_gusts(5 if quick else 40)
+    print_rudder_doublets(6 if quick else 40)
     if not quick:
         for kind in ("lon", "lat"):
             values, bounds, honest = agreement(kind, 1)

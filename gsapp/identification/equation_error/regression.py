@@ -7,18 +7,20 @@ motion that the surfaces alone explain: states simulated from the surface deflec
 of a few states fitted to the record. With these as instruments, Z'X takes the place of X'X.
 
 With P = Z (Z'Z)^-1 Z'X the estimate is that of a regression on P, so its bounds are those of
-`gsapp.identification.statistics`, colored residuals believed.
+`gsapp.identification.statistics`, colored residuals believed. A derivative that cannot be told
+apart from another is left out; what it would have made of the others is added to their bounds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
 from gsapp.identification.statistics import ManeuverFitData, joint_covariance
+from gsapp.identification.statistics.identifiability import withheld_std
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
@@ -78,12 +80,21 @@ class Equation:
     stride: int  # Samples of the record for each row.
     noise: FloatArray
     """Shape (k, k). Covariance, per row, of white measurement noise in the columns of X."""
+    withheld: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    """Shape (n, w). Columns left out whose parameters are not zero, each times the standard
+    deviation of its parameter."""
 
     def select_columns(self, columns: Sequence[int]) -> Equation:
-        """Return the equation with these columns only."""
+        """Return the equation with these columns only; derivatives left out are withheld."""
         chosen = list(columns)
+        left = [index for index in range(len(self.names)) if index not in chosen]
+        stds = np.array([withheld_std(self.names[index]) for index in left])
+        known = self.withheld.reshape(len(self.y), -1)
+        # The constant is that of the flight as it was: the mean of what is withheld belongs to it.
+        moved = self.X[:, left] - self.X[:, left].sum(axis=0) / max(len(self.X), 1)
         return replace(
             self,
+            withheld=np.column_stack((known, (moved * stds)[:, stds > 0.0])),
             X=self.X[:, chosen],
             Z=self.Z[:, chosen],
             names=tuple(self.names[index] for index in chosen),
@@ -101,7 +112,8 @@ class Regression:
 
     names: tuple[str, ...]
     values: FloatArray  # Shape (k,).
-    covariance: FloatArray  # Shape (k, k). Colored residuals believed.
+    covariance: FloatArray
+    """Shape (k, k). Colored residuals believed, and what the columns withheld may have done."""
     white_covariance: FloatArray
     """Shape (k, k). Every sample of the record taken as independent: the uncorrected bound."""
     residuals: FloatArray  # Shape (n,).
@@ -114,15 +126,18 @@ class Regression:
 
 def solve_parameters(
     equation: Equation, weights: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the parameters, shape (k,), and P, shape (n, k), of the equation.
+
+    Also what the columns withheld make of the parameters, shape (k, w).
 
     `weights`, shape (n,): one over the standard deviation of each row.
     """
-    X, Z, y = equation.X, equation.Z, equation.y
+    X, Z = equation.X, equation.Z
+    y = np.column_stack((equation.y, equation.withheld.reshape(len(X), -1)))
     rows = float(len(y))
     if weights is not None:
-        X, Z, y = X * weights[:, None], Z * weights[:, None], y * weights
+        X, Z, y = (one * weights[:, None] for one in (X, Z, y))
         rows = float(weights @ weights)
     # Only a column that is its own instrument has the noise of X in Z'X.
     own = (equation.Z == equation.X).all(axis=0)
@@ -131,7 +146,8 @@ def solve_parameters(
     basis, corner = np.linalg.qr(Z / scale)
     mixed = basis.T @ X - np.linalg.solve(corner.T, noise / scale[:, None])
     found = np.linalg.solve(mixed, basis.T @ y)
-    return np.asarray(found, dtype=np.float64), np.asarray(basis @ mixed, dtype=np.float64)
+    theta = np.asarray(found, dtype=np.float64)
+    return theta[:, 0], np.asarray(basis @ mixed, dtype=np.float64), theta[:, 1:]
 
 
 def instrument_inflation(equation: Equation) -> float:
@@ -139,7 +155,7 @@ def instrument_inflation(equation: Equation) -> float:
 
     Infinite where the instruments leave the equation without a solution.
     """
-    _, projected = solve_parameters(equation)
+    _, projected, _ = solve_parameters(equation)
     wide, narrow = (
         np.diag(np.linalg.pinv(columns.T @ columns, rcond=1e-14, hermitian=True))
         for columns in (projected, equation.X)
@@ -151,7 +167,7 @@ def instrument_inflation(equation: Equation) -> float:
 
 def solve_equation(equation: Equation) -> Regression:
     """Solve an equation; maneuvers count by the size of their own residuals."""
-    theta, projected = solve_parameters(equation)
+    theta, projected, taken = solve_parameters(equation)
     residuals = equation.y - equation.X @ theta
     sizes = _residual_rms(residuals, equation.maneuver_rows)
     if len(sizes) > 1 and sizes.min() > 0.0:
@@ -161,7 +177,7 @@ def solve_equation(equation: Equation) -> Regression:
                 for stretch, size in zip(equation.maneuver_rows, sizes, strict=True)
             ]
         )
-        theta, projected = solve_parameters(equation, weights)
+        theta, projected, taken = solve_parameters(equation, weights)
         projected = projected / weights[:, None]
         residuals = equation.y - equation.X @ theta
         sizes = _residual_rms(residuals, equation.maneuver_rows)
@@ -183,7 +199,7 @@ def solve_equation(equation: Equation) -> Regression:
     return Regression(
         names=equation.names,
         values=theta,
-        covariance=covariance * unscale,
+        covariance=covariance * unscale + taken @ taken.T,
         white_covariance=white * unscale,
         residuals=residuals,
     )

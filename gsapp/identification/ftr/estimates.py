@@ -91,6 +91,21 @@ def evaluate_estimates(
     return verdicts, companions
 
 
+def widen_for_withheld(
+    solution: FTRSolution, verdicts: VerdictArray, sizes: FloatArray
+) -> FTRSolution:
+    """Return a solution whose bounds hold what the derivatives withheld may have done.
+
+    Noise in a regressor shrinks its derivative, by one over the square of its signal-to-noise
+    ratio, and bends those of the variables that it moved with.
+
+    `sizes`, shape (3, p): standard deviation of what is not known at all.
+    """
+    withheld = verdicts[..., :-1] != EstimateVerdict.ESTIMATED
+    shrunk = 1.0 / (1.0 + np.nan_to_num(solution.signal_to_noise) ** 2)
+    return solution.widened(np.where(withheld, sizes * shrunk, 0.0))
+
+
 def _most_correlated(solution: FTRSolution) -> VerdictArray:
     correlation: FloatArray = np.abs(solution.correlation)
     p = correlation.shape[-1]

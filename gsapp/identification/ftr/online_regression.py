@@ -22,6 +22,7 @@ from gsapp.identification.ftr.estimates import (
     estimate_history,
     evaluate_estimates,
     live_estimate_at,
+    widen_for_withheld,
 )
 from gsapp.identification.ftr.regression_rows import (
     BlockBuffer,
@@ -42,6 +43,7 @@ from gsapp.identification.ftr.state_file import (
     write_state,
 )
 from gsapp.identification.memory_allocator import retain_freed_memory
+from gsapp.identification.statistics.identifiability import withheld_std
 from gsapp.quantities import Block, FloatArray
 
 FTR_AXES: tuple[FTRAxis, ...] = ("lon", "lat")
@@ -121,6 +123,15 @@ class FTR:
         self._runs = {
             axis: AxisRegression(
                 axis, self.settings, dt, self.block, self._equations.axis_dynamics(axis)
+            )
+            for axis in self.axes
+        }
+        self._withheld_stds = {
+            axis: np.array(
+                [
+                    [withheld_std(name) for name in derivatives_of(coefficient)[1:]]
+                    for coefficient in AXIS_COEFFICIENTS[axis]
+                ]
             )
             for axis in self.axes
         }
@@ -299,7 +310,10 @@ class FTR:
         times = self.origin + (first + 1 + np.arange(count)) * self.block / self.rate
         parts = []
         for axis in self.axes:
-            solution = moments[axis]
+            plain = moments[axis]
+            verdicts, _ = evaluate_estimates(plain, self.settings, running[axis])
+            solution = widen_for_withheld(plain, verdicts, self._withheld_stds[axis])
+            self._runs[axis].solution = solution.select_moment(-1)
             parts.append(
                 EstimateSnapshot.from_axis_arrays(
                     solution, *evaluate_estimates(solution, self.settings, running[axis])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 
 import numpy as np
@@ -312,6 +312,32 @@ class FTRSolution:
         out[0, 1:] = out[1:, 0] = cross
         out[0, 0] = self.bias_std[-1, equation] ** 2
         return out
+
+    def widened(self, stds: FloatArray) -> FTRSolution:
+        """Return the solution with what is not known of some derivatives in the bounds of all.
+
+        `stds`, shape (U, 3, p): how far off each may be; zero where its own bound says it.
+        """
+        variances = np.diagonal(self.covariance, axis1=-2, axis2=-1)
+        # What the others become when one is changed: a column of the covariance over its variance.
+        moved = np.divide(
+            self.covariance * stds[..., np.newaxis, :],
+            variances[..., np.newaxis, :],
+            out=np.zeros_like(self.covariance),
+            where=variances[..., np.newaxis, :] > 0.0,
+        )
+        covariance = self.covariance + moved @ np.swapaxes(moved, -1, -2)
+        std = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 0.0))
+        # The constant is that of the flight as it was: the mean of what is withheld belongs to it.
+        by_bias = np.vecmat(self.bias_slopes, moved) - self.bias_slopes * stds
+        bias_std = np.sqrt(self.bias_std**2 + np.vecdot(by_bias, by_bias))
+        before = np.concatenate((self.std, self.bias_std[..., np.newaxis]), axis=-1)
+        after = np.concatenate((std, bias_std[..., np.newaxis]), axis=-1)
+        ratio = np.divide(after, before, out=np.ones_like(after), where=before > 0.0)
+        return replace(
+            self, covariance=covariance, std=std, bias_std=bias_std,
+            uncertain=self.uncertain * ratio,
+        )  # fmt: skip
 
     def select_moment(self, moment: int) -> FTRSolution:
         """Return one moment (U = 1)."""

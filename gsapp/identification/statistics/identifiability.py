@@ -7,6 +7,7 @@ with it but other parameters move them alike: then a combination is known, the p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -67,6 +68,15 @@ def plausible_size(name: str) -> float | None:
     """Return the largest plausible size of a linear derivative; None for any other parameter."""
     coefficient, _, variable = name.partition("_")
     return PLAUSIBLE_DERIVATIVES.get(coefficient, {}).get(variable)
+
+
+def withheld_std(name: str) -> float:
+    """Return how far from zero a derivative may lie that a fit does not give, per radian.
+
+    As a standard deviation, anything up to the largest plausible size being as likely: what it
+    makes of the others widens their bounds. Zero for a parameter of which no size is known.
+    """
+    return (plausible_size(name) or 0.0) / math.sqrt(3.0)
 
 
 def assess_identifiability(
