@@ -50,6 +50,7 @@ def terms(
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.foundation import FlightError
     from gsapp.foundation.name_suggestions import did_you_mean
+    from gsapp.identification.channel_faults import sign_warnings
     from gsapp.identification.equation_error.stepwise_regression import select_terms
     from gsapp.identification.maneuver import no_maneuvers_text
 
@@ -79,6 +80,8 @@ def terms(
                 reasons.append(str(error))
     if not found:
         raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
+    values = {name: value for one in found for name, value in one.values.items()}
+    reasons += sign_warnings(values)
     content = {one.coefficient: _content(one) for one in found}
     write_json(json, {"coefficients": content, "remarks": reasons})
     print_aircraft_warnings(console, (one.file_aircraft for one in flown))

@@ -9,7 +9,7 @@ airspeed or angle of attack come after the others of their kind and start from t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,7 +27,11 @@ from gsapp.identification.axes import (
     axis_of,
     free_derivatives,
 )
-from gsapp.identification.channel_faults import unmeasured_surfaces
+from gsapp.identification.channel_faults import (
+    sign_warnings,
+    suspicious_signs,
+    unmeasured_surfaces,
+)
 from gsapp.identification.estimate_corrections import (
     NO_CG_SHIFT,
     AssumedConstant,
@@ -472,6 +476,7 @@ def run_campaign(
             remarks.append(f"the joint fit failed: {error}")
         done += 1
     _report_progress(progress, done, total, "")
+    remarks += _sign_remarks(found.values(), means, joint)
     return CampaignResult(
         settings=settings,
         results=tuple(found[place] for place in range(len(chosen))),
@@ -479,6 +484,27 @@ def run_campaign(
         joint=tuple(joint),
         joint_comparisons=tuple(comparisons),
         remarks=tuple(remarks),
+    )
+
+
+def _sign_remarks(
+    results: Iterable[ManeuverResult],
+    means: Mapping[str, CampaignValue],
+    joint: Iterable[Estimate],
+) -> list[str]:
+    """Return which signs of means and joint fits appear wrong, where no single fit said it."""
+    said = {
+        sentence.partition(":")[0]
+        for one in results
+        if one.estimate is not None
+        for sentence in one.estimate.warnings
+    }
+    found = [
+        *sign_warnings({name: (one.mean, one.std) for name, one in means.items()}),
+        *(sentence for one in joint for sentence in suspicious_signs(one)),
+    ]
+    return list(
+        {one.partition(":")[0]: one for one in found if one.partition(":")[0] not in said}.values()
     )
 
 

@@ -62,9 +62,27 @@ _REVERSED_PATTERNS: Mapping[str, tuple[str, ...]] = {
 def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
     """Return which channels, or else derivatives, look reversed; one sentence each.
 
-    `estimate`: by any method. Only derivatives three standard deviations from zero are judged.
+    `estimate`: by any method.
     """
-    values = _significant_derivatives(estimate)
+    return sign_warnings(
+        {
+            name: (one.value, one.std)
+            for name, one in estimate.derivatives.items()
+            if one.status == "estimated" and one.value is not None and one.std
+        }
+    )
+
+
+def sign_warnings(derivatives: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Return which channels, or else derivatives, look reversed; one sentence each.
+
+    `derivatives`: value and bound by name. Only those three bounds from zero are judged.
+    """
+    values = {
+        name: value
+        for name, (value, std) in derivatives.items()
+        if name in _USUAL_SIGNS and abs(value) > PREPARATION.sign_sigmas * std
+    }
     wrong = {name for name, value in values.items() if value * _USUAL_SIGNS[name] < 0.0}
     right = values.keys() - wrong
     found = []
@@ -91,22 +109,6 @@ def suspicious_signs(estimate: Estimate) -> tuple[str, ...]:
         wrong -= set(turned)
     rest = {name: values[name] for name in wrong}
     return (*found, *find_suspect_signs(Model(derivatives=rest)))
-
-
-def _significant_derivatives(estimate: Estimate) -> dict[str, float]:
-    """Return the derivatives whose sign is known."""
-    found = {}
-    for name, one in estimate.derivatives.items():
-        if (
-            name not in _USUAL_SIGNS
-            or one.value is None
-            or not one.std
-            or one.status != "estimated"
-        ):
-            continue
-        if abs(one.value) > PREPARATION.sign_sigmas * one.std:
-            found[name] = one.value
-    return found
 
 
 _EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
