@@ -499,3 +499,27 @@ def test_responses_and_states_can_be_switched(lon):
     assert {"1.initial.V", "1.initial.theta"} <= found.nuisance.keys()
     assert found.value("Cm_alpha") == pytest.approx(lon.truth["Cm_alpha"], rel=0.05)
     assert found.value("Cm_de") == pytest.approx(lon.truth["Cm_de"], rel=0.05)
+
+
+def test_without_ax_the_axial_force_takes_nothing_of_the_normal_force_along():
+    """With its constants free, the bound of Cm_alpha doubled and Cm_q fell off by 2.5 bounds."""
+    virtual = fly(2001, "lon", dt=0.02)
+    whole = estimate([virtual.maneuver], MLSettings(axis="lon"))
+    few = estimate([virtual.maneuver], MLSettings(axis="lon", responses=("alpha", "q", "an")))
+    assert {few.derivatives[name].status for name in ("CA_0", "CA_alpha", "CA_q", "CA_de")} == {
+        "unknown"
+    }
+    for name in ("CN_alpha", "CN_de", "Cm_alpha", "Cm_q", "Cm_de"):
+        one, other = whole.derivatives[name], few.derivatives[name]
+        assert other.std == pytest.approx(one.std, rel=0.03)
+        assert other.value == pytest.approx(one.value, abs=0.2 * one.std)
+
+
+def test_a_measured_input_is_neither_integrated_nor_compared(lat):
+    found = estimate([lat.maneuver], MLSettings(axis="lat", measured_inputs=("beta",)))
+    assert set(found.fit) == {"p", "r", "ay"}
+    assert not [name for name in found.nuisance if "initial.beta" in name]
+    wrong = off(found, lat.truth)
+    assert max(abs(z) for z in wrong.values()) < FAR
+    by_states = estimate([lat.maneuver], MLSettings(axis="lat", states=("p", "r")))
+    assert by_states.value("Cn_beta") == found.value("Cn_beta")

@@ -81,7 +81,10 @@ def build_problem(
     if motions is None:
         motions = [measured_motion(one, stand_ins=settings.stand_ins) for one in maneuvers]
     wanted = _requested_derivatives(maneuvers, settings)
-    unmoved = _unexcited_derivatives(maneuvers, motions, settings, wanted)
+    unmoved = {
+        **_unexcited_derivatives(maneuvers, motions, settings, wanted),
+        **_unseen_derivatives(maneuvers, settings, wanted),
+    }
     flight_models: dict[int, FlightModel] = {}
     for maneuver in maneuvers:
         key = id(maneuver.aircraft)
@@ -155,6 +158,26 @@ def _unexcited_derivatives(
             why = f"{surface} was not measured"
         found.update(dict.fromkeys(names, why))
     return found
+
+
+def _unseen_derivatives(
+    maneuvers: Sequence[Maneuver], settings: MLSettings, wanted: Sequence[str]
+) -> dict[str, str]:
+    """Return the derivatives that no response shows, each with why.
+
+    The force along x moves the angle of attack by its sine only: all but the same as a little
+    normal force, which it would take along.
+    """
+    weights = settings.joint_weights or {}
+    shown = any(
+        "ax" in _responses(one, settings, weights.get(one.id, settings.weights))[0]
+        or "V" in _states(one, settings)[0]
+        for one in maneuvers
+    )
+    if shown:
+        return {}
+    why = "no response shows the force along x: a_x is not among them; held as measured or in trim"
+    return {name: why for name in wanted if name.startswith("CA_")}
 
 
 def _is_excited(signal: FloatArray) -> bool:
@@ -426,7 +449,9 @@ def _base_parameters(
     given = {*settings.held, *model.model.derivatives, *names.equations}
     own = AXIS_COEFFICIENTS[settings.axis]
     for coefficient in ("CN", "CA", "CY"):
-        if coefficient in own or any(name.startswith(f"{coefficient}_") for name in given):
+        known = any(name.startswith(f"{coefficient}_") for name in given)
+        # Of the own axis only the force along x is held, where no response shows it.
+        if known or (coefficient in own and coefficient != "CA"):
             continue
         bias, slope = _measured_force(coefficient, maneuver, motion)
         first = model.parameter_names.index(f"{coefficient}_0")

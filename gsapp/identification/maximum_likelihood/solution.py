@@ -233,8 +233,11 @@ def _with_influences(
         for name, one in estimate.derivatives.items()
         if one.std and not name.endswith("_0")
     }
+    # Without a_x the axial force is held, unless the airspeed is a state.
+    axial = [place for place, name in enumerate(names) if name.startswith("CA_")]
+    alone = {} if any(".initial.V" in name for name in names) else {"ax": axial}
     found = response_influences(
-        [(part.responses, part.bounds_part) for part in parts], bounds, len(names), prior
+        [(part.responses, part.bounds_part) for part in parts], bounds, len(names), prior, alone
     )
     return replace(
         estimate, influences=found, warnings=(*estimate.warnings, *influence_warnings(found))

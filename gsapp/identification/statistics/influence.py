@@ -50,6 +50,7 @@ def response_influences(
     stds: Mapping[str, tuple[int, float]],
     size: int,
     prior: FloatArray | None = None,
+    shown_alone: Mapping[str, Sequence[int]] | None = None,
 ) -> tuple[ResponseInfluence, ...]:
     """Return where a response contradicts the others.
 
@@ -63,6 +64,8 @@ def response_influences(
         Number of parameters.
     prior : ndarray, shape (size, size), optional
         Inverse covariance of a-priori values.
+    shown_alone : mapping of str to sequence of int, optional
+        Places of the parameters that are held in a fit without that response.
 
     Returns
     -------
@@ -91,7 +94,10 @@ def response_influences(
     inverted = invert_information(whole)
     found = []
     for k, response in enumerate(names):
-        rest = invert_information(whole - H[k])
+        held = list((shown_alone or {}).get(response, ()))
+        kept = np.setdiff1d(np.arange(size), held)
+        rest = np.zeros((size, size))
+        rest[np.ix_(kept, kept)] = invert_information((whole - H[k])[np.ix_(kept, kept)])
         lost = np.isinf(rest.diagonal()) | np.isinf(inverted.diagonal())
         with_all, without = (np.where(np.isfinite(one), one, 0.0) for one in (inverted, rest))
         change = without @ (g.sum(axis=0) - g[k])
@@ -105,7 +111,10 @@ def response_influences(
                 sigmas=float(abs(change[place]) / np.sqrt(covariance[place, place])),
             )
             for name, (place, std) in stds.items()
-            if not lost[place] and covariance[place, place] > 0.0 and abs(change[place]) > std
+            if place not in held
+            and not lost[place]
+            and covariance[place, place] > 0.0
+            and abs(change[place]) > std
         ]
         found += sorted(
             (one for one in own_found if one.sigmas > STATISTICS.contradiction_sigmas),
