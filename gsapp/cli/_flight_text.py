@@ -183,7 +183,10 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
     ]
     return content | {
         "instruments": instruments,
-        "forms": forms_json(outcome.result, outcome.result.values),
+        "forms": forms_json(
+            outcome.result,
+            {name: one.value for name, one in outcome.summary.derivatives.items()},
+        ),
         "calibration": calibration_json(one.flight for one in opened),
     }
 

@@ -169,7 +169,8 @@ def _print_forms(console: PlainConsole, outcome: RunOutcome, wanted: Sequence[st
     from gsapp.report.form_text import form_tables
 
     units, result = DISPLAY_UNITS.get(), outcome.result
-    tables = form_tables(forms_of_means(result, result.values), units, wanted)
+    means = {name: one.value for name, one in outcome.summary.derivatives.items()}
+    tables = form_tables(forms_of_means(result, means), units, wanted)
     for one in result.joint:
         tables += form_tables(forms_of_estimate(result, one), units, wanted, "joint fit")
     for table in tables:

@@ -179,6 +179,7 @@ def estimate_by_equation_error(task: EstimationTask) -> Estimate:
     return equation_error.estimate(
         task.maneuvers, task.axis, free=task.free, held=task.held, model=task.model,
         stand_ins=task.stand_ins,
+        cutoff=math.inf if task.settings.differentiator == "central" else None,
     )  # fmt: skip
 
 
@@ -427,6 +428,8 @@ def run_campaign(
     Raises `FlightError` if there is no maneuver of the axis asked for. Raises `CanceledError` if
     `progress` returned False.
     """
+    if settings.inputs:
+        maneuvers = [replace(one, inputs=settings.inputs) for one in maneuvers]
     jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
     chosen = [(one, axis) for one, axis in jobs if axis is not None]
     remarks = [

@@ -20,7 +20,7 @@ from gsapp.foundation.settings import (
     setting,
 )
 from gsapp.foundation.translation import QT_TR_NOOP
-from gsapp.identification.axes import Axis
+from gsapp.identification.axes import AXIS_SURFACES, Axis
 from gsapp.identification.methods import DEFAULT_METHOD, estimation_method
 
 _OF_AXIS: Final = "those of the axis"
@@ -61,6 +61,11 @@ class FitSettings(SettingsModel):
         QT_TR_NOOP("Responses compared with measurement. What a maneuver did not measure is left "
                    "out there."),
         option="--responses", metavar="ID,..", default_text=_OF_AXIS)
+    measured_inputs: Names = setting(
+        (), QT_TR_NOOP("Measured inputs"),
+        QT_TR_NOOP("States that enter as measured inputs: neither integrated nor compared. Choose "
+                   "rates or angles whose equation is not to be trusted, as beta in gusts."),
+        option="--measured-inputs", metavar="ID,..")
     biases: OptionalNames = setting(
         None, QT_TR_NOOP("Sensor biases"),
         QT_TR_NOOP("Responses whose sensor bias is free."),
@@ -132,18 +137,22 @@ class FitSettings(SettingsModel):
         """Return the values of these fields, for settings of another class."""
         return {name: getattr(self, name) for name in FitSettings.model_fields}
 
-    @field_validator("states", "responses", "biases", "scale_factors", "time_shifts")
+    @field_validator(
+        "states", "responses", "measured_inputs", "biases", "scale_factors", "time_shifts"
+    )
     @classmethod
     def _check_channels(cls, names: tuple[str, ...] | None, info: Any) -> tuple[str, ...] | None:
         if names:
             from gsapp.dynamics.equations import POLAR_STATES
             from gsapp.dynamics.sensors import OUTPUTS
 
-            known = POLAR_STATES if info.field_name == "states" else OUTPUTS
+            of_states = info.field_name in ("states", "measured_inputs")
+            known = POLAR_STATES if of_states else OUTPUTS
             for name in names:
                 if name not in known:
                     hint = did_you_mean(name, known, f"choose from {', '.join(known)}")
-                    raise FlightError(f"'{name}' is not one of the {info.field_name}; {hint}")
+                    kind = info.field_name.replace("_", " ")
+                    raise FlightError(f"'{name}' is not one of the {kind}; {hint}")
         return names
 
     @field_validator("priors")
@@ -172,6 +181,11 @@ class EstimateSettings(ManeuverSettings, FitSettings):
         option="--axis",
         choices=(("both", QT_TR_NOOP("By moved surfaces")),
                  ("lon", QT_TR_NOOP("Longitudinal only")), ("lat", QT_TR_NOOP("Lateral only"))))
+    inputs: Names = setting(
+        (), QT_TR_NOOP("Moved surfaces"),
+        QT_TR_NOOP("Surfaces that count as the inputs of every maneuver, in place of those found "
+                   "to move."),
+        option="--inputs", metavar="ID,..", default_text="those that moved")
     six_degrees: bool = setting(
         False, QT_TR_NOOP("Six degrees of freedom"),
         QT_TR_NOOP("Fit all six degrees of freedom together. Only where elevator and lateral "
@@ -194,6 +208,14 @@ class EstimateSettings(ManeuverSettings, FitSettings):
                    "aircraft file."),
         option="--instruments",
         choices=(("find", QT_TR_NOOP("Find")), ("file", QT_TR_NOOP("As in the aircraft file"))))
+    differentiator: Literal["smoothed", "central"] = setting(
+        "smoothed", QT_TR_NOOP("Differentiator"),
+        QT_TR_NOOP("smoothed: derivatives of the rates, and all regressors, smoothed alike up to "
+                   "the highest frequency that stands out of the noise; central: plain central "
+                   "differences."),
+        option="--differentiator",
+        choices=(("smoothed", QT_TR_NOOP("Smoothed")),
+                 ("central", QT_TR_NOOP("Central differences"))))
     weights: str = setting(
         "", QT_TR_NOOP("Weights"),
         QT_TR_NOOP("Weights of the responses, such as the shipped table-6.2.7; by default the "
@@ -209,6 +231,16 @@ class EstimateSettings(ManeuverSettings, FitSettings):
         QT_TR_NOOP("Name of the run in the catalog."),
         option="--label", metavar="TEXT")
     # fmt: on
+
+    @field_validator("inputs")
+    @classmethod
+    def _check_inputs(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        known = AXIS_SURFACES["both"]
+        for name in names:
+            if name not in known:
+                hint = did_you_mean(name, known, f"choose from {', '.join(known)}")
+                raise FlightError(f"'{name}' is not a surface; {hint}")
+        return names
 
     @field_validator("method")
     @classmethod

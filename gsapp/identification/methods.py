@@ -75,7 +75,7 @@ _OWN_METHODS: Final = (
         settings=_DERIVATIVE_SETTINGS
         | {
             "start", "priors", "free_effects", "weights", "noise", "integration", "bound_factor",
-            "responses", "states", "biases", "scale_factors", "time_shifts",
+            "responses", "states", "measured_inputs", "biases", "scale_factors", "time_shifts",
         },
         is_quick=True,
         compares="responses",
@@ -88,7 +88,7 @@ _OWN_METHODS: Final = (
         short_title=QT_TR_NOOP("equation error"),
         help_text=QT_TR_NOOP("Regresses forces and moments; steadier in gusts."),
         function="gsapp.identification.campaign:estimate_by_equation_error",
-        settings=_DERIVATIVE_SETTINGS,
+        settings=_DERIVATIVE_SETTINGS | {"differentiator"},
         is_quick=True,
         documentation="docs/identification.md",
     ),

@@ -89,7 +89,7 @@ def main(*arguments: str) -> None:
         _print_attas("ATTAS, lateral", lateral, attas, "lat", PUBLISHED_LATERAL)
         structure = {
             "ml": _run(
-                lateral, attas, "lat", "ml", joint=True, vane_positions="file",
+                lateral, attas, "lat", "ml", joint=True, instruments="file",
                 states=("p", "r"), responses=("p", "r"),
             )
         }  # fmt: skip
@@ -195,8 +195,8 @@ def _print_table(
     published: Mapping[str, float],
 ) -> None:
     print(f"\n{title}: value (difference from published in percent, in bounds)")
-    for one in next(iter(outcomes.values())).vanes:
-        print(f"  {one.channel} vane found {one.ahead:.2f} +- {one.std:.2f} m ahead of the CG")
+    for one in next(iter(outcomes.values())).instruments:
+        print(f"  {one.text}")
     print(f"  {'':21}{'published':>10}" + "".join(f"{method:>26}" for method in rows))
     for name, value in published.items():
         cells = ""

@@ -87,6 +87,8 @@ def test_an_imported_flight_is_described_in_the_units_of_the_call(tmp_path: Path
         (("estimate", "fl.csv", "--aircraft", "B77"), "'b777'"),
         (("estimate", "fl.csv", "--aircraft", "b777", "--hold", "CM_ALPH=1"), "'Cm_alpha'"),
         (("estimate", "fl.csv", "--aircraft", "b777", "--states", "alhpa"), "'alpha'"),
+        (("estimate", "fl.csv", "--aircraft", "b777", "--form", "dimensionl"), "'dimensional'"),
+        (("estimate", "fl.csv", "--aircraft", "b777", "--inputs", "dee"), "'de'"),
         (("terms", "fl.csv", "--coefficient", "Cmm"), "'Cm'"),
         (("compatibility", "fl.csv", "--error", "q.scal"), "'q.scale'"),
         (("fly", "--out", "x", "--plan", "shrt"), "'short'"),

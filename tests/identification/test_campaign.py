@@ -10,6 +10,7 @@ import pytest
 from gsapp.foundation import FlightError
 from gsapp.identification import campaign as campaign_fitting
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
+from gsapp.identification.channel_faults import sign_warnings
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
 from gsapp.identification.summary import summarize_campaign
@@ -19,7 +20,7 @@ from gsapp.identification.summary.method_comparison import (
     contradiction_warnings,
 )
 from tests.identification.virtual_instruments import with_channels
-from tests.identification.virtual_maneuvers import Virtual, fly
+from tests.identification.virtual_maneuvers import Virtual, edited, fly
 
 
 def test_each_axis_frees_its_own_of_the_derivatives_named() -> None:
@@ -34,6 +35,33 @@ def test_each_axis_frees_its_own_of_the_derivatives_named() -> None:
         if one.estimate is not None
     }
     assert asked == {"lon": {"Cm_alpha", "Cm_de"}, "lat": {"Cl_p", "Cl_da"}}
+
+
+def test_moved_surfaces_may_be_named() -> None:
+    """The rudder of a combined maneuver is taken for one that only trims."""
+    one = replace(fly(2, "lat", dt=0.02).maneuver, id="lat")
+    result = run_campaign([one], CampaignSettings(inputs=("da",), method="ee"))
+    (found,) = result.results
+    assert found.maneuver.inputs == ("da",)
+    assert found.estimate is not None
+    assert "Cn_da" in found.estimate.free
+    assert "Cn_dr" not in found.estimate.free
+    with pytest.raises(FlightError, match="'dx' is not a surface"):
+        CampaignSettings(inputs=("dx",))
+
+
+def test_signs_of_no_aircraft_are_said_of_means() -> None:
+    """No maneuver alone is sure of a sign; their mean is."""
+    signs = sign_warnings({"Cm_alpha": (0.4, 0.05), "Cm_de": (0.9, 0.1), "Cm_q": (-20.0, 1.0)})
+    assert len(signs) == 1
+    assert "Cm_alpha = 0.4 and Cm_de = 0.9" in signs[0]
+    assert sign_warnings({"Cm_alpha": (0.4, 0.2), "Cm_de": (0.9, 0.4)}) == ()
+    reversed_elevator = edited(fly(31, "lon", dt=0.02).maneuver, de=np.negative)
+    result = run_campaign([reversed_elevator], CampaignSettings(method="ee"))
+    assert result.results[0].estimate is not None
+    assert any("elevator" in one for one in result.results[0].estimate.warnings)
+    # Said of the maneuver, it is not said again of the mean.
+    assert not any("elevator" in one for one in result.remarks)
 
 
 def flown(gust: float, kind: str = "lat") -> Virtual:

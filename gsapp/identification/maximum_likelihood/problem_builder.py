@@ -401,13 +401,15 @@ def _kernel(
 
 
 def _states(maneuver: Maneuver, settings: MLSettings) -> tuple[tuple[str, ...], list[str]]:
+    left = settings.measured_inputs
     if settings.states is not None:
-        return tuple(name for name in POLAR_STATES if name in settings.states), []
-    usual = AXIS_STATES[settings.axis]
+        kept = [name for name in POLAR_STATES if name in settings.states and name not in left]
+        return tuple(kept), []
+    usual = tuple(name for name in AXIS_STATES[settings.axis] if name not in left)
     missing = [name for name in ("phi", "theta") if not maneuver.has(name) and name not in usual]
     # Longitudinal motion hardly depends on bank, lateral motion hardly on pitch.
     asked = {"lon": ("theta",), "lat": ("phi",), "both": ()}[settings.axis]
-    joined = [name for name in missing if name in asked]
+    joined = [name for name in missing if name in asked and name not in left]
     remarks = [f"{name} was not measured; it is computed with the other states" for name in joined]
     return (*usual, *joined), remarks
 
@@ -416,7 +418,12 @@ def _responses(
     maneuver: Maneuver, settings: MLSettings, weights: Mapping[str, float] | None
 ) -> tuple[tuple[str, ...], list[str]]:
     kept, remarks = [], []
+    integrated, _ = _states(maneuver, settings)
     for name in settings.responses or AXIS_RESPONSES[settings.axis]:
+        if name in POLAR_STATES and name not in integrated:
+            # As a response it would be compared with itself.
+            remarks.append(f"{name} is a measured input and is excluded from the responses")
+            continue
         samples = maneuver.samples(name)
         finite = samples[np.isfinite(samples)]
         if weights is not None and not weights.get(name, 0.0) > 0.0:
