@@ -167,9 +167,6 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
 
     opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
     content: dict[str, Any] = campaign_json(outcome.result)
-    for name, one in outcome.summary.derivatives.items():
-        if name in content["campaign"]:
-            content["campaign"][name]["disagreement"] = one.value.disagreement
     instruments = [
         {
             "channel": one.channel,
@@ -182,6 +179,9 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
         for one in outcome.instruments
     ]
     return content | {
+        "disagreement": {
+            name: one.value.disagreement for name, one in outcome.summary.derivatives.items()
+        },
         "instruments": instruments,
         "forms": forms_json(
             outcome.result,

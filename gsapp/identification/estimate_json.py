@@ -129,14 +129,8 @@ def _derivative(one: DerivativeEstimate) -> dict[str, Any]:
 
 
 def value_json(one: CampaignValue) -> dict[str, Any]:
-    """Return a mean with its bound, the part of it that is disagreement, scatter and count."""
-    return {
-        "mean": one.mean,
-        "std": one.std,
-        "disagreement": one.disagreement,
-        "scatter": _number(one.scatter),
-        "n": one.n,
-    }
+    """Return a mean with its standard error, scatter and count."""
+    return {"mean": one.mean, "std": one.std, "scatter": _number(one.scatter), "n": one.n}
 
 
 def _joint(result: CampaignResult) -> dict[str, Any] | None:
