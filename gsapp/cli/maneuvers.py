@@ -128,7 +128,9 @@ def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> 
             f"{one.t_end:z.2f}",
             "+".join(one.inputs) or "none",
             one.kind,
-            _shown(one.amplitude, DEGREE),
+            f"{_shown(one.amplitude, 0.01)} %"
+            if one.inputs == ("throttle",)
+            else _shown(one.amplitude, DEGREE),
             _shown(one.V, to_si(1.0, speed, "speed")),
             _shown(one.alpha, DEGREE),
             Text.assemble(

@@ -70,9 +70,9 @@ def axis_derivatives(axis: Axis) -> tuple[str, ...]:
 
 
 def axis_of(inputs: Collection[str]) -> Axis:
-    """Return the axis that a maneuver with these surfaces excites."""
-    longitudinal = "de" in inputs
+    """Return the axis that a maneuver with these controls excites; throttle and flap pitch."""
     lateral = not {"da", "dr"}.isdisjoint(inputs)
+    longitudinal = "de" in inputs or (bool(inputs) and not lateral)
     return "both" if longitudinal and lateral else "lon" if longitudinal else "lat"
 
 

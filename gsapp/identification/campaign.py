@@ -432,13 +432,7 @@ def run_campaign(
         maneuvers = [replace(one, inputs=settings.inputs) for one in maneuvers]
     jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
     chosen = [(one, axis) for one, axis in jobs if axis is not None]
-    remarks = [
-        f"maneuver {one.id} moved {' and '.join(one.inputs) or 'nothing'} and is excluded from "
-        f"axis {settings.axis}"
-        + "".join(f": {words}" for words in _unmeasured_surfaces_text(one, settings.axis))
-        for one, axis in jobs
-        if axis is None
-    ]
+    remarks = [_exclusion_text(one, settings) for one, axis in jobs if axis is None]
     # Each sentence once, though all maneuvers of a flight share it.
     remarks += dict.fromkeys(
         f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
@@ -518,15 +512,45 @@ def _report_progress(
         raise CanceledError("stopped; nothing was written")
 
 
+def _exclusion_text(maneuver: Maneuver, settings: CampaignSettings) -> str:
+    """Return why a maneuver takes no part."""
+    moved = " and ".join(maneuver.inputs) or "nothing"
+    if _moved_levers_only(maneuver) and settings.axis != "lat":
+        return (
+            f"maneuver {maneuver.id} moved {moved}, which has no linear derivative, and is "
+            "excluded: free an effect of it, as in --model with propulsion.Cm.throttle and --free "
+            "propulsion.Cm.throttle.arm, or search for one with 'gsapp discrepancy'"
+        )
+    return f"maneuver {maneuver.id} moved {moved} and is excluded from axis {settings.axis}" + (
+        "".join(f": {words}" for words in _unmeasured_surfaces_text(maneuver, settings.axis))
+    )
+
+
+def _moved_levers_only(maneuver: Maneuver) -> bool:
+    return bool(maneuver.inputs) and set(AXIS_SURFACES["both"]).isdisjoint(maneuver.inputs)
+
+
+def _frees_lever_effects(maneuver: Maneuver, settings: CampaignSettings) -> bool:
+    """Return whether an effect of its throttle or flap is to be estimated."""
+    levers = {"propulsion" if name == "throttle" else name for name in maneuver.inputs}
+    levers |= set(maneuver.inputs)
+    return any(
+        not levers.isdisjoint(name.split("."))
+        for name in (*settings.free_effects, *(settings.free or ()))
+    )
+
+
 def _axis_to_fit(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
     """Return the axis to fit a maneuver in; None to leave it out."""
+    if _moved_levers_only(maneuver) and not _frees_lever_effects(maneuver, settings):
+        return None
     if settings.six_degrees:
         return "both"
     if settings.axis == "both" or not maneuver.inputs:
         # Nothing moved: the axis asked for says why nothing can be earned.
         return axis_of(maneuver.inputs) if maneuver.inputs else settings.axis
-    moved = not set(AXIS_SURFACES[settings.axis]).isdisjoint(maneuver.inputs)
-    return settings.axis if moved else None
+    own = axis_of(maneuver.inputs)
+    return settings.axis if own in (settings.axis, "both") else None
 
 
 def _unmeasured_surfaces_text(maneuver: Maneuver, axis: Axis) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.record_preparation import (
     add_air_data,
     advance_flags,
+    aircraft_as_recorded,
     channel_delays,
     compensate_delays,
     interpolate_air_data,
@@ -201,6 +202,7 @@ def cut_maneuver(
             if times.size
             else f"the flight '{flight.name}' holds no samples"
         )
+    aircraft = aircraft_as_recorded(flight.block, aircraft)
     wide = slice(
         max(0, int(low) - PREPARATION.margin_samples), int(high) + PREPARATION.margin_samples
     )
@@ -304,7 +306,7 @@ def open_flight(
     flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
     file = find_aircraft(path, aircraft)
     assumed = assumed_aircraft_text(flight.name, flight.info) if file is None else ""
-    own = file or load_aircraft(DEFAULT_AIRCRAFT)
+    own = aircraft_as_recorded(flight.block, file or load_aircraft(DEFAULT_AIRCRAFT))
     carded = apply_flight_info(own, flight.info)
     return OpenedFlight(
         flight=flight,
@@ -409,16 +411,16 @@ def cut_flight_maneuvers(
         ),
         remarks=tuple(remarks),
         assumed_aircraft_text=opened.assumed_aircraft_text,
-        no_maneuvers_text="" if found else _why_none(opened.flight, surveyed, grounded),
+        no_maneuvers_text="" if found else _why_none(opened, surveyed, grounded),
     )
 
 
 def _why_none(
-    flight: Flight, surveyed: FlightManeuvers, grounded: Sequence[DetectedManeuver]
+    opened: OpenedFlight, surveyed: FlightManeuvers, grounded: Sequence[DetectedManeuver]
 ) -> str:
     if grounded:
-        return "; ".join(ground_window_text(one) for one in grounded)
-    return explain_no_maneuvers(flight, surveyed.maneuvers)
+        return "; ".join(ground_window_text(one, opened.aircraft) for one in grounded)
+    return explain_no_maneuvers(opened.flight, surveyed.maneuvers)
 
 
 def no_maneuvers_text(flown: Sequence[FlightWithManeuvers]) -> str:

@@ -27,7 +27,7 @@ from gsapp.aircraft import Aircraft, Control
 from gsapp.decoding.air_data import density, dynamic_pressure, standard_density, true_airspeed
 from gsapp.dynamics.actuators import control_paths, simulate_control_path
 from gsapp.flight.info import Weather
-from gsapp.flight.maneuvers.signals import SURFACES
+from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
 from gsapp.flight.uniform_grid import median_step
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.smoothing import interpolate_missing
@@ -173,6 +173,25 @@ COMMAND_CHANNELS: Mapping[str, str] = {name: f"{name}_command" for name in SURFA
 """The channel of what was asked of each surface's servo."""
 
 
+def aircraft_as_recorded(block: Block, aircraft: Aircraft) -> Aircraft:
+    """Return an aircraft whose controls are commands where a record has nothing else of them."""
+
+    def holds(name: str) -> bool:
+        return name in block and bool(np.isfinite(block[name]).any())
+
+    commanded = {
+        name: control.model_copy(update={"kind": "command"})
+        for name, command in COMMAND_CHANNELS.items()
+        if (control := getattr(aircraft.controls, name)).kind == "position"
+        and holds(command)
+        and not any(map(holds, (name, *SURFACE_HALVES.get(name, ("rudder",)))))
+    }
+    if not commanded:
+        return aircraft
+    controls = aircraft.controls.model_copy(update=commanded)
+    return aircraft.model_copy(update={"controls": controls})
+
+
 def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
     """Return a block with de, da and dr as the surfaces stood; even spacing is assumed.
 
@@ -233,7 +252,7 @@ def _actuator_response(
     path = linkage if control.kind == "servo" else (*servo, *linkage)
     lost = ~np.isfinite(record)
     whole = interpolate_missing(record, lost)
-    if control.kind == "command":
+    if control.kind == "command" and "travel" in control.model_fields_set:
         whole = np.clip(whole, *control.travel)
     found = simulate_control_path(path, whole, dt)
     reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]

@@ -1,5 +1,7 @@
 """Real flights of ATTAS and HFB-320 as a stranger brings them, beside published derivatives.
 
+Where the folder holds the segments of a UAV as well, they follow (`tests.bench.real_uav`).
+
 The folder holds ``fAttasElv1.mat``, ``fAttasElv2.mat``, ``fAttasAilRud1.mat``,
 ``fAttasAilRud2.mat`` and ``hfb320_1_10.asc``, the data of R. V. Jategaonkar, Flight Vehicle System
 Identification, 2nd edition; they are not part of this project. The aircraft files say nothing of
@@ -23,6 +25,7 @@ from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.run_execution import RunOutcome, execute_run
 from gsapp.identification.summary.derivative_forms import forms_of_estimate, forms_of_means
 from gsapp.quantities import FloatArray
+from tests.bench.real_uav import print_uav
 
 ATTAS = {"S": 64.0, "b": 21.5, "c": 3.159, "Ixx": 133367.0, "Iyy": 252687.0, "Izz": 359593.0}
 ATTAS_IXZ = 11442.0
@@ -96,6 +99,7 @@ def main(*arguments: str) -> None:
         rows = {method: _published_form(one, "lat") for method, one in structure.items()}
         _print_table("ATTAS, lateral, published structure", structure, rows, PUBLISHED_LATERAL)
         _print_hfb(_write_hfb(source, folder), hfb)
+        print_uav(source, folder)
 
 
 def _write_aircraft(folder: Path) -> tuple[Path, Path]:

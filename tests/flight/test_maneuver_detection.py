@@ -20,7 +20,15 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.virtual_flight import VirtualFlight
-from tests.flight.maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
+from tests.flight.maneuver_kit import (
+    COMBINED,
+    EVERYTHING,
+    Input,
+    changed,
+    flight_of,
+    lagged,
+    make_flight,
+)
 
 AIRCRAFT = load_aircraft("b777")
 AIR_DATA = ("V", "alpha", "beta")
@@ -261,3 +269,45 @@ def test_infinite_samples_do_no_harm():
     broken[::50] = np.inf
     (found,) = detect_maneuvers(changed(flight, q=broken), AIRCRAFT)
     assert found.inputs == ("de",)
+
+
+# Throttle and flap -------------------------------------------------------------------------
+
+
+def with_levers(**moves: tuple[tuple[float, float, float], ...]) -> Flight:
+    """Return a flight with held sticks whose levers go by steps (s, s to take, share or rad)."""
+    flight = make_flight(seconds=110.0, steering=0.0)
+    times, random = flight.block.times, np.random.default_rng(7)
+    columns = {}
+    for name, steps in moves.items():
+        ramps = [size * np.clip((times - at) / wait, 0.0, 1.0) for at, wait, size in steps]
+        columns[name] = 0.4 + np.sum(ramps, axis=0) + 0.001 * random.standard_normal(times.size)
+    felt = sum(lagged(samples - 0.4, 0.3, 0.01) for samples in columns.values())
+    return changed(flight, **columns, ax=flight.block["ax"] + 9.0 * felt)
+
+
+def test_a_step_of_the_throttle_is_a_maneuver():
+    (found,) = detect_maneuvers(with_levers(throttle=((60.0, 0.6, 0.3),)), AIRCRAFT)
+    assert (found.inputs, found.kind) == (("throttle",), "step")
+    assert found.amplitude == pytest.approx(0.3, abs=0.01)
+    assert found.t_input == pytest.approx(60.0, abs=0.15)
+    assert found.t_input_end == pytest.approx(60.6, abs=0.15)
+    assert found.grade in "AB"
+
+
+def test_doublets_of_the_throttle_and_flap_steps_are_named():
+    doublet = ((60.0, 0.2, 0.3), (61.5, 0.2, -0.6), (63.0, 0.2, 0.3))
+    (found,) = detect_maneuvers(with_levers(throttle=doublet), AIRCRAFT)
+    assert (found.inputs, found.kind) == (("throttle",), "doublet")
+    down, up = detect_maneuvers(with_levers(flap=((60.0, 3.0, 0.3), (80.0, 3.0, -0.3))), AIRCRAFT)
+    assert down.inputs == up.inputs == ("flap",)
+    assert down.kind == up.kind == "step"
+
+
+def test_a_throttle_moved_with_the_sticks_or_on_the_ground_is_no_input():
+    moved = with_levers(throttle=((10.0, 0.5, 0.3), (60.0, 0.5, 0.3)))
+    (only,) = detect_maneuvers(moved, AIRCRAFT)
+    assert only.t_input > 59.0
+    times = moved.block.times
+    stick = 5.0 * DEGREE * np.clip(times - 60.0, 0.0, 2.0)
+    assert not detect_maneuvers(changed(moved, de=moved.block["de"] + stick), AIRCRAFT)

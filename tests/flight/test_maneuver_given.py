@@ -112,6 +112,61 @@ def test_a_short_record_is_one_maneuver_whole(inputs, moved):
     assert any("one maneuver" in remark for remark in found.remarks)
 
 
+def held_off(flight: Flight, pause: float) -> Flight:
+    """Return a record whose second half comes `pause` s later, as joined records do."""
+    times = flight.block.times
+    later = np.where(times < 0.5 * times[-1], times, times + pause)
+    return flight_of({name: flight.block[name] for name in flight.block.channels}, later)
+
+
+JOINED = held_off(
+    make_flight(
+        [Input(at=8.0, surface="da"), Input(at=28.0, surface="dr", size=9.0)],
+        ground=0.0,
+        seconds=40.0,
+        steering=0.0,
+    ),
+    pause=30.0,
+)
+"""An aileron and a rudder doublet, each in a record of its own; joined."""
+
+
+def test_joined_records_are_one_maneuver_each():
+    found = collect_maneuvers(JOINED, AIRCRAFT)
+    assert [one.inputs for one in found.maneuvers] == [("da",), ("dr",)]
+    assert [one.t_start for one in found.maneuvers] == pytest.approx([0.0, 50.0], abs=0.02)
+    assert [one.t_end for one in found.maneuvers] == pytest.approx([19.99, 69.99], abs=0.02)
+
+
+def test_a_window_over_a_gap_is_parted_there():
+    found = collect_maneuvers(JOINED, AIRCRAFT, given=["2:65"])
+    assert [one.inputs for one in found.maneuvers] == [("da",), ("dr",)]
+    assert [one.id for one in found.maneuvers] == ["1", "2"]
+    assert found.maneuvers[1].t_end == pytest.approx(65.0, abs=0.02)
+
+
+def test_surfaces_moved_in_turn_are_both_inputs_of_a_window():
+    """A rudder input a quarter as quick as the aileron's before it is no steering."""
+    inputs = [Input(at=4.0, surface="da", size=15.0), Input(at=9.0, surface="dr", size=9.0)]
+    slow = make_flight(inputs, ground=0.0, seconds=14.0, steering=0.0)
+    rudder = np.convolve(slow.block["dr"], np.ones(40) / 40.0, "same")
+    (found,) = _listed(changed(slow, dr=rudder), ["0:13"])
+    assert found.inputs == ("da", "dr")
+
+
+def test_a_record_cut_while_its_surface_was_displaced_shows_its_amplitude():
+    whole = make_flight(
+        [Input(at=2.0, surface="da", kind="3-2-1-1", size=8.0, step=0.7)],
+        ground=0.0,
+        seconds=12.0,
+        steering=0.0,
+    )
+    columns = {name: whole.block[name][230:900] for name in whole.block.channels}
+    (found,) = _listed(flight_of(columns, whole.block.times[230:900]))
+    assert (found.inputs, found.kind) == (("da",), "3-2-1-1")
+    assert found.amplitude == pytest.approx(8.0 * DEGREE, rel=0.05)
+
+
 def test_a_short_record_without_input_earns_nothing():
     (one,) = _listed(short())
     assert (one.inputs, one.grade) == ((), "D")
@@ -195,13 +250,17 @@ def test_why_there_is_no_maneuver_to_use():
     assert "no fast input" in explain_no_maneuvers(FLIGHT)
 
 
-def test_a_window_on_the_ground_is_told():
+def test_a_window_on_the_ground_is_told_and_one_that_only_seems_so_is_obeyed():
     given = ["5:12", "59:65"]
     surveyed = collect_maneuvers(FLIGHT, AIRCRAFT, given=given)
     told = [one for one in surveyed.remarks if "not flown" in one]
     assert len(told) == 1
     assert told[0].startswith("maneuver 1 ")
     assert surveyed.on_ground == ("1",)
+    slow = changed(FLIGHT, V=0.5 * FLIGHT.block["V"])
+    doubted = collect_maneuvers(slow, AIRCRAFT, given=given[1:])
+    assert any("used as named" in one for one in doubted.remarks)
+    assert not doubted.on_ground
     unknown = collect_maneuvers(changed(FLIGHT, V=np.nan), AIRCRAFT, given=given)
     assert not [one for one in unknown.remarks if "not flown" in one]
     assert not unknown.on_ground

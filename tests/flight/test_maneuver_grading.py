@@ -229,11 +229,25 @@ def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
     assert 35.0 < detector.noise.duration < 45.0
 
 
-def test_a_record_that_begins_in_the_air_takes_its_quietest_stretches():
-    flight = make_flight(ground=0.0, seconds=120.0, steering=0.3)
-    detector = run_detector(flight, AIRCRAFT)
-    assert "quietest" in detector.noise.source
-    assert detector.noise.std_of("de") == pytest.approx(NOISE["de"], rel=1.0)
+@pytest.mark.parametrize("rate", [10.0, 25.0, 100.0])
+def test_a_record_that_is_all_input_shows_its_noise_and_not_the_input(rate):
+    """Elevator and rates move throughout; noise is what changes faster than they can."""
+    inputs = [Input(at=0.2, surface="de", kind="3-2-1-1", size=13.0, step=0.8)]
+    flight = make_flight(inputs, ground=0.0, seconds=6.0, steering=0.0, rate=rate)
+    noise = run_detector(flight, AIRCRAFT).noise
+    assert noise.duration == pytest.approx(6.0)
+    for name in ("de", "q", "an"):
+        assert noise.std_of(name) == pytest.approx(NOISE[name], rel=0.8)
+
+
+def test_quantized_and_repeated_values_are_no_noise():
+    flight = make_flight([Input(at=2.0, surface="de")], ground=0.0, seconds=8.0, steering=0.0)
+    step = 0.5 * DEGREE
+    held = np.repeat(flight.block["q"][::5], 5)[: len(flight.block)]
+    coarse = changed(flight, de=np.round(flight.block["de"] / step) * step, q=held)
+    noise = run_detector(coarse, AIRCRAFT).noise
+    assert noise.std_of("de") < 1.5 * NOISE["de"]
+    assert noise.std_of("q") < 1.5 * NOISE["q"]
 
 
 def test_windows_are_freed_of_their_line_and_stand_missing_samples():

@@ -13,7 +13,11 @@ from gsapp.identification.channel_faults import unmeasured_surfaces
 from gsapp.identification.ftr.maneuver_estimator import compute_ftr_history
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.identification.record_preparation import interpolate_cubic, reconstruct_deflections
+from gsapp.identification.record_preparation import (
+    aircraft_as_recorded,
+    interpolate_cubic,
+    reconstruct_deflections,
+)
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
 from tests.identification.virtual_maneuvers import Virtual, fly
@@ -114,6 +118,16 @@ def test_a_servo_passes_the_linkage_alone() -> None:
 def test_a_measured_surface_stays_to_the_last_bit() -> None:
     block = block_of(de=DOUBLET, de_command=2.0 * DOUBLET)
     assert reconstruct_deflections(block, B777) is block
+
+
+def test_a_flight_of_nothing_but_commands_is_one_whatever_the_file_says() -> None:
+    commands = block_of(de_command=0.5 * DOUBLET)
+    recorded = aircraft_as_recorded(commands, B777)
+    assert recorded.controls.de.kind == "command"
+    assert recorded.controls.da.kind == B777.controls.da.kind == "position"
+    assert "de" in reconstruct_deflections(commands, recorded)
+    measured = block_of(de=DOUBLET, de_command=DOUBLET)
+    assert aircraft_as_recorded(measured, B777) is B777
 
 
 def test_what_hangs_on_a_missing_sample_is_missing() -> None:

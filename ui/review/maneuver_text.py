@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
-from gsapp.quantities import SURFACE_NAMES, channel
+from gsapp.quantities import channel, name_in_text
 from gsapp.session.review.review import ManeuverRow
 from ui.icons import IndicatorState
 from ui.number_format import DASH, channel_value_text, clock_text, symbol_text
@@ -20,7 +20,7 @@ def surface_symbols_text(maneuver: DetectedManeuver) -> str:
 
 def title_text(name: str, maneuver: DetectedManeuver) -> str:
     """Return ``Maneuver 2:4, aileron and rudder doublet``, with the id among all flights."""
-    names = [SURFACE_NAMES[name] for name in maneuver.inputs]
+    names = [name_in_text(name) for name in maneuver.inputs]
     if not names:
         return tr("Maneuver {name}, no surface moved").format(name=name)
     listed = tr(" and ").join(filter(None, (", ".join(names[:-1]), names[-1])))

@@ -104,7 +104,7 @@ MANEUVER_COLUMNS = (
     ),
     ManeuverColumn(
         id="size", title=QT_TR_NOOP("Size"), width=74, quantity="de",
-        value=lambda row: row.maneuver.amplitude,
+        value=lambda row: None if row.maneuver.inputs == ("throttle",) else row.maneuver.amplitude,
         hint=QT_TR_NOOP("Half of peak to peak of the main input"),
     ),
     ManeuverColumn(

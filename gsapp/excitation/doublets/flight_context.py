@@ -90,7 +90,7 @@ class FlightContext:
 
     def restart(self) -> None:
         self._watch = AirborneDetector(self._aircraft)
-        self._meter = NoiseFloorEstimator()
+        self._meter = NoiseFloorEstimator(self._aircraft, self._rate)
         self.setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
         self.move_detector = RapidMoveDetector(self.setting, self._rate)
         self._field: deque[float] = deque(maxlen=DOUBLETS.ground_altitude_frames)

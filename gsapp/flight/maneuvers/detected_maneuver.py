@@ -36,13 +36,13 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
     t_end: float
     """Last sample, s: the pilot took over again, or the answer has died down."""
     inputs: tuple[str, ...]
-    """Surfaces moved, of ``de``, ``da``, ``dr``, in this order."""
+    """Controls moved, of ``de``, ``da``, ``dr``, ``flap``, ``throttle``, in this order."""
     kind: str
-    """Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``, ``sweep``;
-    ``none`` where no surface moved."""
+    """Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``, ``sweep``, of
+    throttle or flap ``step``; ``none`` where nothing moved."""
     amplitude: float | None
-    """Half the peak-to-peak deflection of the main input, rad; of a pulse its height. The main one
-    makes the quickest step, as a share of its travel."""
+    """Half the peak-to-peak deflection of the main input, rad; of a pulse or step its height; of
+    throttle from 0 to 1. The main one makes the quickest step, as a share of its travel."""
     grade: Grade
     """See `GRADES`."""
     reasons: tuple[str, ...] = ()

@@ -25,9 +25,12 @@ from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.flight.maneuvers.input_measures import (
     GradingContext,
     ManeuverSamples,
+    cross_deflections,
     measure_response,
+    time_scale_of,
 )
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
+from gsapp.flight.maneuvers.lever_inputs import LeverMonitor, LeverMotion, measure_lever_input
 from gsapp.flight.maneuvers.maneuver_grade import grade_maneuver
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor, NoiseFloorEstimator
 from gsapp.flight.maneuvers.rapid_moves import (
@@ -38,7 +41,14 @@ from gsapp.flight.maneuvers.rapid_moves import (
     measure_moved_inputs,
 )
 from gsapp.flight.maneuvers.settings import DETECTION
-from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES, extract_signals
+from gsapp.flight.maneuvers.signals import (
+    CONTROLS,
+    LEVERS,
+    SIGNAL_COLUMNS,
+    SIGNALS,
+    SURFACES,
+    extract_signals,
+)
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 
@@ -69,8 +79,10 @@ class ManeuverDetector:
                 f"{DETECTION.min_sample_rate:g} minimum, 50 or more recommended"
             )
         self._aircraft = aircraft
-        self._rate = rate
-        self._count = max(round(DETECTION.frame_duration * rate), 1)
+        # All times inside are flight time over this.
+        self._scale = time_scale_of(aircraft)
+        self._rate = rate * self._scale
+        self._count = max(round(DETECTION.frame_duration * self._rate), 1)
         self._windowed = round(DETECTION.noise_window / DETECTION.frame_duration)
         self.reset()
 
@@ -78,10 +90,19 @@ class ManeuverDetector:
         """Forget everything; the flight begins anew."""
         self._watch = AirborneDetector(self._aircraft)
         self._flown: list[tuple[float, float]] = []  # when it was in the air, s
-        self._meter = NoiseFloorEstimator()
-        self._setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
+        self._meter = NoiseFloorEstimator(self._aircraft, self._rate, self._scale)
+        self._setting = GradingContext(
+            aircraft=self._aircraft, noise=NoiseFloor(), time_scale=self._scale
+        )
         self._found: list[DetectedManeuver] = []
         self._quick = RapidMoveDetector(self._setting, self._rate)
+        self._levers = {
+            name: LeverMonitor(
+                DETECTION.min_lever_move * self._setting.half_travel(name),
+                DETECTION.lever_rest * self._setting.half_travel(name),
+            )
+            for name in LEVERS
+        }
         self._last_time = -math.inf
         self._restart()
 
@@ -91,6 +112,9 @@ class ManeuverDetector:
         self._waiting_rows: list[FloatArray] = []
         self._waiting = 0
         self._quick.restart()
+        self._forget_frames()
+
+    def _forget_frames(self) -> None:
         self._frames: deque[tuple[FloatArray, FloatArray]] = deque(
             maxlen=math.ceil(DETECTION.history_duration / DETECTION.frame_duration)
         )
@@ -114,6 +138,7 @@ class ManeuverDetector:
 
     def was_airborne(self, start: float, stop: float) -> bool:
         """Return whether the aircraft was in the air at any time from start to stop, s."""
+        start, stop = start / self._scale, stop / self._scale
         return any(begin <= stop and end >= start for begin, end in self._flown)
 
     @property
@@ -126,7 +151,7 @@ class ManeuverDetector:
         """Take in the next samples; a gap in their times ends what was under way."""
         if not len(block):
             return
-        rows, times = extract_signals(block), block.times
+        rows, times = extract_signals(block), block.times / self._scale
         longest = 1.5 / self._rate
         steps = np.diff(times, prepend=self._last_time if self._waiting_or_seen else times[0])
         cuts = np.flatnonzero(np.abs(steps) > longest).tolist()
@@ -159,6 +184,7 @@ class ManeuverDetector:
             times = np.concatenate(self._waiting_times)
             rows = np.concatenate(self._waiting_rows)
             self._take(times, rows, len(times))
+        self._finish_levers()
         if self._candidate is not None:
             self._conclude()
         self._restart()
@@ -204,6 +230,13 @@ class ManeuverDetector:
         peaks: FloatArray,
         moves: FloatArray,
     ) -> None:
+        if not np.isfinite(rows).any():
+            # A gap that was filled: it says nothing of flight or ground, and nothing goes across.
+            self._finish_levers()
+            if self._candidate is not None:
+                self._conclude()
+            self._forget_frames()
+            return
         was_airborne = self._watch.airborne
         self._watch.add(float(times[0]), means)
         if was_airborne and not self._watch.airborne:
@@ -214,6 +247,7 @@ class ManeuverDetector:
         self._frames.append((times, rows))
         self._measure_noise(rows)
         self._note_moves(times, peaks, moves)
+        self._follow_levers(times, rows, quick=bool((peaks > self._quick.thresholds).any()))
         if self._candidate is None:
             self._learn([peaks])
         else:
@@ -311,16 +345,56 @@ class ManeuverDetector:
                 return False
         return True
 
-    def _taken_over(self, last: float, now: float) -> float:
+    def _taken_over(self, last: float, now: float, least: float = 0.0) -> float:
         """Return when the pilot took over after the last quick move, s; `now` if not yet."""
         times, rows = self._stretch(last - 0.1)
-        taken = find_pilot_takeover(times, rows, last, self._setting, self._rate)
+        taken = find_pilot_takeover(times, rows, last, self._setting, self._rate, least=least)
         return now if taken is None else min(taken, now)
+
+    # Levers ---------------------------------------------------------------------------
+
+    def _follow_levers(self, times: FloatArray, rows: FloatArray, *, quick: bool) -> None:
+        for name, lever in self._levers.items():
+            motion = lever.add(times, rows[:, SIGNAL_COLUMNS[name]], quick=quick)
+            if motion is not None:
+                self._judge_lever(name, motion)
+
+    def _finish_levers(self) -> None:
+        for name, lever in self._levers.items():
+            motion = lever.finish(float(self._frames[-1][0][-1])) if self._frames else None
+            if motion is not None:
+                self._judge_lever(name, motion)
+            lever.restart()
+
+    def _judge_lever(self, name: str, motion: LeverMotion) -> None:
+        """Keep a motion of a lever as a maneuver if it flies and answers."""
+        settled = motion.first - self._watch.since > DETECTION.takeoff_settling_time
+        if not (self._watch.airborne and settled):
+            return
+        times, rows = self._stretch(motion.first - 2.5 * DETECTION.trim_time)
+        samples = rows[:, SIGNAL_COLUMNS[name]]
+        one = measure_lever_input(name, times, samples, motion, self._setting.noise.std_of(name))
+        if one is None:
+            return
+        passage = ManeuverSamples(
+            times=times, rows=rows, t_input=one.t_start, t_input_end=one.t_end,
+            t_end=max(motion.rested_until, one.t_end),
+        )  # fmt: skip
+        sticks = cross_deflections(passage, [one])
+        held = all(
+            size < DETECTION.lever_stick_share * self._setting.half_travel(surface)
+            for surface, size in sticks.items()
+        )
+        answered = measure_response(passage, self._setting, [name])
+        if held and max(answered.values(), default=0.0) >= DETECTION.min_response:
+            number = str(len(self._found) + 1)
+            self._found.append(build_maneuver(number, passage, self._setting, [one]))
 
     # Conclusions ----------------------------------------------------------------------
 
     def _landed(self, time: float) -> None:
-        while self._found and self._found[-1].t_input_end > time - DETECTION.landing_margin:
+        last = (time - DETECTION.landing_margin) * self._scale
+        while self._found and self._found[-1].t_input_end > last:
             self._found.pop()
         self._dismiss()
 
@@ -358,8 +432,13 @@ class ManeuverDetector:
         inputs = measure_moved_inputs(times, rows, moves, self._setting)
         if not inputs:
             return None
+        main = inputs[0]
         last = max(moves[one.surface][1] for one in inputs)
         taken = self._taken_over(last, float(times[-1]))
+        alone = taken
+        if main.is_from_calm:
+            least = DETECTION.calm_hand * main.amplitude
+            alone = self._taken_over(last, float(times[-1]), least)
         begin = min(one.t_start for one in inputs)
         end = max(one.t_end for one in inputs)
         passage = ManeuverSamples(
@@ -369,8 +448,8 @@ class ManeuverDetector:
             t_input_end=end,
             t_end=min(max(taken, end), end + DETECTION.max_free_response),
         )
-        threshold = self._quick.thresholds[SURFACES.index(inputs[0].surface)]
-        if not is_deliberate_input(inputs[0], passage.t_end - end, threshold):
+        threshold = self._quick.thresholds[SURFACES.index(main.surface)]
+        if not is_deliberate_input(main, alone - end, threshold):
             return None
         answered = measure_response(passage, self._setting, [one.surface for one in inputs])
         if answered and max(answered.values()) < DETECTION.min_response:
@@ -381,7 +460,7 @@ class ManeuverDetector:
 def build_maneuver(
     name: str, passage: ManeuverSamples, setting: GradingContext, inputs: list[SurfaceInput]
 ) -> DetectedManeuver:
-    """Return the maneuver of a passage, graded; by what was alive."""
+    """Return the maneuver of a passage, graded, in flight time; by what was alive."""
     dead = find_dead_instruments(
         lambda name: (
             passage.rows[:, SIGNAL_COLUMNS[name]] if name in SIGNAL_COLUMNS else np.empty(0)
@@ -395,17 +474,17 @@ def build_maneuver(
     V, alpha = passage.mean_at_trim("V"), passage.mean_at_trim("alpha")
     return DetectedManeuver(
         id=name,
-        t_start=start,
-        t_end=passage.t_end,
-        inputs=tuple(name for name in SURFACES if name in {one.surface for one in inputs}),
+        t_start=start * setting.time_scale,
+        t_end=passage.t_end * setting.time_scale,
+        inputs=tuple(name for name in CONTROLS if name in {one.surface for one in inputs}),
         kind=inputs[0].kind if inputs else "none",
         amplitude=inputs[0].amplitude if inputs else None,
         grade=grade,
         reasons=reasons,
         V=V if math.isfinite(V) else None,
         alpha=alpha if math.isfinite(alpha) else None,
-        t_input=passage.t_input,
-        t_input_end=passage.t_input_end,
+        t_input=passage.t_input * setting.time_scale,
+        t_input_end=passage.t_input_end * setting.time_scale,
         amplitudes={one.surface: one.amplitude for one in inputs},
     )
 

@@ -13,16 +13,28 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.derived_channels import source_instruments
 from gsapp.flight.events import EventLog, convert_to_flown_clock, events_path, read_events
 from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers.airborne_detection import flying_speed
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
-from gsapp.flight.maneuvers.detection import build_maneuver, check_detectable, run_detector
-from gsapp.flight.maneuvers.input_measures import RESPONSE_CHANNELS, GradingContext, ManeuverSamples
+from gsapp.flight.maneuvers.detection import (
+    ManeuverDetector,
+    build_maneuver,
+    check_detectable,
+    run_detector,
+)
+from gsapp.flight.maneuvers.input_measures import (
+    RESPONSE_CHANNELS,
+    GradingContext,
+    ManeuverSamples,
+    time_scale_of,
+)
 from gsapp.flight.maneuvers.input_shape import SurfaceInput, measure_plain_input
 from gsapp.flight.maneuvers.maneuver_list import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
-from gsapp.flight.maneuvers.rapid_moves import measure_moved_inputs
+from gsapp.flight.maneuvers.rapid_moves import find_strong_moves, measure_moved_inputs
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_HALVES, SURFACES, extract_signals
 from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
 _GRADE: Final[Mapping[str, Grade]] = {grade: grade for grade in GRADES}
@@ -48,7 +60,7 @@ class FlightManeuvers:
     remarks: tuple[str, ...] = ()
     """Sentences for the crew: stuck surfaces, a record taken whole, changes by hand."""
     on_ground: tuple[str, ...] = ()
-    """Ids of windows that were named while the aircraft was on the ground."""
+    """Ids of windows that were named while the aircraft stood or rolled slowly."""
 
 
 def parse_maneuver_windows(texts: Sequence[str], flights: int = 1) -> tuple[ManeuverWindow, ...]:
@@ -128,8 +140,9 @@ class ManeuverAssessor:
 
     def __init__(self, flight: Flight, aircraft: Aircraft, noise: NoiseFloor) -> None:
         self._flight = flight
-        self._setting = GradingContext(aircraft=aircraft, noise=noise)
-        self._times = flight.block.times
+        self._scale = time_scale_of(aircraft)
+        self._setting = GradingContext(aircraft=aircraft, noise=noise, time_scale=self._scale)
+        self._times = flight.block.times / self._scale
         self._rows = extract_signals(flight.block)
         self._verdicts = read_recorded_verdicts(flight)
 
@@ -138,11 +151,12 @@ class ManeuverAssessor:
 
     def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
         """Return the stretch from start to stop (s) as a maneuver, graded."""
-        low, high = np.searchsorted(self._times, (start - 1e-9, stop + 1e-9))
+        known = self._flight.block.times
+        low, high = np.searchsorted(known, (start - 1e-9, stop + 1e-9))
         if high - low < 2:
             raise FlightError(
                 f"the flight '{self._flight.name}' has no samples from {start:g} to {stop:g} s; "
-                f"it runs from {self._times[0]:.2f} to {self._times[-1]:.2f} s"
+                f"it runs from {known[0]:.2f} to {known[-1]:.2f} s"
             )
         times, rows = self._times[low:high], self._rows[low:high]
         inputs = self._inputs(low, high)
@@ -155,7 +169,8 @@ class ManeuverAssessor:
             t_end=end,
         )
         found = build_maneuver(name, passage, self._setting, inputs)
-        return self.apply_verdicts(replace(found, t_start=begin, t_end=end))
+        edges = float(known[low]), float(known[high - 1])
+        return self.apply_verdicts(replace(found, t_start=edges[0], t_end=edges[1]))
 
     def _inputs(self, low: int, high: int) -> list[SurfaceInput]:
         times, rows = self._times[low:high], self._rows[low:high]
@@ -173,12 +188,31 @@ class ManeuverAssessor:
         moves = {
             one.surface: one.max_step / self._setting.half_travel(one.surface) for one in plain
         }
-        quickest = max(moves.values(), default=0.0)
+        plain.sort(key=lambda one: -moves[one.surface])
         plain = [
-            one for one in plain if moves[one.surface] >= DETECTION.secondary_input_ratio * quickest
+            one
+            for one in plain
+            if moves[one.surface] >= DETECTION.secondary_input_ratio * moves[plain[0].surface]
+            or self._moved_in_turn(one, plain[0], times, rows)
         ]
-        return sorted(
-            (self._better(one, low, high) for one in plain), key=lambda one: -moves[one.surface]
+        return [self._better(one, low, high) for one in plain]
+
+    def _moved_in_turn(
+        self, one: SurfaceInput, main: SurfaceInput, times: FloatArray, rows: FloatArray
+    ) -> bool:
+        """Return whether a surface made its steps before or after the main one made its own."""
+        size = one.amplitude / self._setting.half_travel(one.surface)
+        largest = main.amplitude / self._setting.half_travel(main.surface)
+        if size < DETECTION.secondary_input_ratio * largest or not one.has_returned_to_trim:
+            return False
+        lag = max(round(DETECTION.look_back / float(np.median(np.diff(times)))), 1)
+        whole = (float(times[0]), float(times[-1]))
+        moves = find_strong_moves(times, rows, (one.surface, main.surface), *whole, lag)
+        if len(moves) < 2:
+            return False
+        (first, last), (begin, end) = moves[one.surface], moves[main.surface]
+        return one.abruptness > DETECTION.abrupt_share and (
+            first > end + DETECTION.input_end_pause or last < begin - DETECTION.input_end_pause
         )
 
     def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
@@ -227,25 +261,33 @@ def collect_maneuvers(
     detector = run_detector(flight, aircraft)
     found = detector.finish()
     remarks = list(surface_remarks(flight))
-    on_ground: tuple[str, ...] = ()
     assessor = ManeuverAssessor(flight, aircraft, detector.noise)
     found = tuple(assessor.apply_verdicts(one) for one in found)
+    on_ground: tuple[str, ...] = ()
+    segments = record_segments(flight)
     if windows:
+        parts = [part for window in windows for part in _split_window(window, segments)]
         found = tuple(
-            assessor.assess(str(place), window.start, window.stop)
-            for place, window in enumerate(windows, start=1)
+            assessor.assess(str(place), *part) for place, part in enumerate(parts, start=1)
         )
+        if len(parts) > len(windows):
+            remarks.append(
+                f"the record has gaps: the time windows give {len(parts)} maneuvers, parted there"
+            )
         # Without airspeed a steady flight may look like standing.
         if detector.airborne_criterion == "airspeed":
-            grounded = [one for one in found if not detector.was_airborne(one.t_start, one.t_end)]
-            on_ground = tuple(one.id for one in grounded)
-            remarks += map(ground_window_text, grounded)
-    elif flight.duration < DETECTION.short_flight_duration and len(found) <= 1:
-        times = flight.block.times
-        whole = assessor.assess("1", float(times[0]), float(times[-1]))
-        # Where the detection saw the input, it knows its inputs and shape better.
-        found = (replace(found[0], t_start=whole.t_start, t_end=whole.t_end) if found else whole,)
-        remarks.append(f"the record of {flight.duration:.1f} s is used as one maneuver")
+            slow = [one for one in found if not detector.was_airborne(one.t_start, one.t_end)]
+            remarks += [ground_window_text(one, aircraft) for one in slow]
+            on_ground = tuple(one.id for one in slow if _stands(one, aircraft))
+    elif _is_cut_around_inputs(segments, found, detector):
+        found = tuple(
+            _take_whole(assessor, str(place), segment, found)
+            for place, segment in enumerate(segments, start=1)
+        )
+        remarks += [
+            f"the record of {stop - start:.1f} s is used as one maneuver"
+            for start, stop in segments
+        ]
     if not windows and not as_found:
         log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
         found, said = apply_edits(log, assessor.assess)
@@ -259,11 +301,81 @@ def collect_maneuvers(
     )
 
 
-def ground_window_text(maneuver: DetectedManeuver) -> str:
-    """Return why a window in which the aircraft was on the ground is not used."""
+def record_segments(flight: Flight) -> tuple[tuple[float, float], ...]:
+    """Return begin and end (s) of the parts of a record between gaps without any sample."""
+    times = flight.block.times
+    times = times[np.isfinite(flight.block.values).any(axis=1)]
+    if not times.size:
+        return ()
+    cuts = np.flatnonzero(np.diff(times) > DETECTION.max_gap)
+    starts, stops = [0, *(cuts + 1)], [*cuts, times.size - 1]
+    return tuple(
+        (float(times[start]), float(times[stop])) for start, stop in zip(starts, stops, strict=True)
+    )
+
+
+def _split_window(
+    window: ManeuverWindow, segments: Sequence[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    """Return the parts of a window that hold samples; the window where it lies in one segment."""
+    parts = [(max(window.start, low), min(window.stop, high)) for low, high in segments]
+    parts = [(start, stop) for start, stop in parts if stop > start]
+    return parts if len(parts) > 1 else [(window.start, window.stop)]
+
+
+def _is_cut_around_inputs(
+    segments: Sequence[tuple[float, float]],
+    found: Sequence[DetectedManeuver],
+    detector: ManeuverDetector,
+) -> bool:
+    """Return whether somebody cut a record, or joined several, each around one input."""
+    if len(segments) == 1 and len(found) <= 1:
+        start, stop = segments[0]
+        if stop - start < DETECTION.short_flight_duration:
+            return True
+    return bool(segments) and all(
+        stop - start <= DETECTION.max_cut_duration
+        and all(detector.was_airborne(end, end) for end in (start, stop))
+        and sum(start <= one.t_start <= stop for one in found) == 1
+        for start, stop in segments
+    )
+
+
+def _take_whole(
+    assessor: ManeuverAssessor,
+    name: str,
+    segment: tuple[float, float],
+    found: Sequence[DetectedManeuver],
+) -> DetectedManeuver:
+    """Return a segment as one maneuver.
+
+    Where the detection saw the same inputs, and a trim before, it knows their shape better.
+    """
+    whole = assessor.assess(name, *segment)
+    for one in found:
+        trimmed = segment[0] + DETECTION.trim_time <= one.t_input <= segment[1]
+        if trimmed and set(whole.inputs) <= set(one.inputs):
+            return replace(one, id=name, t_start=whole.t_start, t_end=whole.t_end)
+    return whole
+
+
+def _stands(maneuver: DetectedManeuver, aircraft: Aircraft) -> bool:
+    """Return whether a window begins slower than any wind lets an aircraft fly."""
+    least = DETECTION.standing_speed_ratio * flying_speed(aircraft)
+    return maneuver.V is not None and least > maneuver.V
+
+
+def ground_window_text(maneuver: DetectedManeuver, aircraft: Aircraft) -> str:
+    """Return what a window is worth in which the airspeed is that of an aircraft on the ground."""
+    times = f"from {maneuver.t_start:.2f} to {maneuver.t_end:.2f} s"
+    if _stands(maneuver, aircraft):
+        return (
+            f"maneuver {maneuver.id} is excluded: not flown; {times} the aircraft was on the "
+            "ground, by its airspeed"
+        )
     return (
-        f"maneuver {maneuver.id} is excluded: not flown; from {maneuver.t_start:.2f} to "
-        f"{maneuver.t_end:.2f} s the aircraft was on the ground, by its airspeed"
+        f"maneuver {maneuver.id} is used as named, but {times} its airspeed is below that of "
+        "flight: check the airspeed, and mass, wing and stall speed of the aircraft file"
     )
 
 

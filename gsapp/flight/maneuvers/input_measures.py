@@ -70,7 +70,8 @@ class InputCriteria:
     throttle_change: float = 0.15
     """Throttle moved: a small defect."""
     min_amplitude: float = 0.03
-    """Share of half of the travel below which an input is a large defect."""
+    """Share of half of the travel, as the aircraft file states it, below which an input is a large
+    defect."""
     faint_response: float = 12.0
     weak_response: float = 25.0
     """Peak-to-peak response over the noise floor below which it is a large or a small defect. The
@@ -107,10 +108,26 @@ INPUT_CRITERIA: Final = InputCriteria()
 """Tuned by `bench verdicts` on seeds below 17,000."""
 
 
-RESPONSE_CHANNELS = {"de": ("q", "an", "alpha"), "da": ("p", "r"), "dr": ("r", "ay", "p", "beta")}
-"""What answers to each surface."""
+RESPONSE_CHANNELS = {
+    "de": ("q", "an", "alpha"),
+    "da": ("p", "r"),
+    "dr": ("r", "ay", "p", "beta"),
+    "flap": ("an", "q", "alpha", "ax"),
+    "throttle": ("ax", "q", "an"),
+}
+"""What answers to each control."""
 COUPLED_SURFACE = {"da": "dr", "dr": "da"}
 """The surface that answers in the same channels: nobody sees there which of the two it was."""
+
+
+def time_scale_of(aircraft: Aircraft) -> float:
+    """Return how many times slower an aircraft moves than the one `DETECTION` was tuned on.
+
+    By Froude's law times go with the root of the length; a smaller aircraft counts as that one,
+    since its pilot is no faster. Detection and grades of a large aircraft work in flight time over
+    this factor.
+    """
+    return max(math.sqrt(aircraft.geometry.chord / DETECTION.reference_chord), 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -119,11 +136,24 @@ class GradingContext:
 
     aircraft: Aircraft
     noise: NoiseFloor
+    time_scale: float = 1.0
+    """Flight time over the time that samples are given in; see `time_scale_of`."""
 
     def half_travel(self, surface: str) -> float:
-        """Return half of the travel of a surface, rad."""
+        """Return half of the travel of a surface, rad; of the throttle's, 0 to 1."""
+        if surface == "throttle":
+            return 0.5
         low, high = getattr(self.aircraft.controls, surface).travel
         return 0.5 * float(high - low)
+
+    def least_move(self, surface: str) -> float:
+        """Return what a surface goes at least in a rapid move, rad, whatever its noise.
+
+        A share of its travel; of an assumed travel, which may be ten times the true one, less.
+        """
+        stated = "travel" in getattr(self.aircraft.controls, surface).model_fields_set
+        share = DETECTION.min_rapid_move if stated else DETECTION.min_rapid_move_assumed_travel
+        return share * self.half_travel(surface)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -151,6 +181,10 @@ class ManeuverSamples:
     def mean_at_trim(self, name: str) -> float:
         """Return the mean in the stretch of trim; NaN without a sample."""
         found = self.samples(name, self.t_input - DETECTION.trim_time, self.t_input)
+        if not found.size:
+            # A record that begins with its input: what it began in is as near as it gets.
+            begin = float(self.times[0])
+            found = self.samples(name, begin, begin + DETECTION.look_back)
         return float(found.mean()) if found.size else math.nan
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.quantities import BoolArray, FloatArray
 
-InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim"]
-"""Shape of an input; see `classify_input`."""
+InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "step"]
+"""Shape of an input; see `classify_input`. A step is one of a lever that stayed where it went."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +49,11 @@ class SurfaceInput:
         return abs(self.trim_after - self.trim_before) < 0.5 * self.amplitude
 
     @property
+    def is_from_calm(self) -> bool:
+        """Return whether the surface stood still before: steering never does."""
+        return self.motion_before < DETECTION.calm_before * self.amplitude
+
+    @property
     def is_unmistakable(self) -> bool:
         """Return whether it stepped from side to side as no steering does.
 
@@ -56,8 +61,9 @@ class SurfaceInput:
         old and new trim as well, but ends twice its amplitude away.
         """
         return (
-            self.kind in ("doublet", "3-2-1-1")
-            and self.abruptness > 0.9
+            self.kind in ("doublet", "3-2-1-1", "multistep")
+            and self.abruptness
+            > DETECTION.sudden_share * (DETECTION.calm_abrupt_ratio if self.is_from_calm else 1.0)
             and self.side_ratio > 0.4
             and abs(self.trim_after - self.trim_before) < self.amplitude
             and self.motion_before < 1.2 * self.amplitude
@@ -133,15 +139,20 @@ def measure_plain_input(
 ) -> SurfaceInput | None:
     """Measure how a surface moved in a stretch about which nothing is known; None for nothing.
 
-    Its first and last tenth stand for the trim.
+    It is in trim where it begins and ends, but for a record that was cut while it was displaced: an
+    end far from the middle counts for nothing where the other is close to it.
     """
     there = np.isfinite(samples)
     times, samples = times[there], samples[there]
     if times.size < 8:
         return None
     level = smooth_samples(samples, float(np.median(np.diff(times))))
-    edge = max(level.size // 10, 2)
+    edge = max(round(DETECTION.trim_at_edge / float(np.median(np.diff(times)))), 2)
     before, after = float(np.median(level[:edge])), float(np.median(level[-edge:]))
+    middle, half = 0.5 * float(level.max() + level.min()), 0.5 * float(np.ptp(level))
+    ends = sorted((before, after), key=lambda end: abs(end - middle))
+    if abs(ends[0] - middle) < DETECTION.displaced_share * half < abs(ends[1] - middle):
+        before = after = ends[0]
     away = level - np.linspace(before, after, level.size)
     largest = float(np.max(np.abs(away)))
     if not largest > 0.0:
@@ -255,22 +266,24 @@ def _trim_departure_and_return(
 def classify_input(runs: list[tuple[int, float]]) -> InputKind:
     """Name the shape of an input by its excursions.
 
-    ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four, each shorter
-    than the one before but the last), ``sweep`` (seven or more), ``multistep`` (all else),
-    ``retrim`` where a side is held for long.
+    ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four in turn, as
+    shares of the whole nearer to 3:2:1:1 than to equal ones), ``sweep`` (seven or more),
+    ``multistep`` (all else), ``retrim`` where a side is held for long.
     """
     lengths = [length for _, length in runs]
     if max(lengths) > DETECTION.max_hold_time:
         return "retrim"
     if len(runs) == 1:
         return "pulse"
-    if len(runs) == 2:
+    in_turn = all(one[0] != other[0] for one, other in pairwise(runs))
+    if len(runs) == 2 and in_turn:
         return "doublet" if min(lengths) > 0.25 * max(lengths) else "pulse"
-    if len(runs) == 4:
-        unit = sum(lengths) / 7.0
+    if len(runs) == 4 and in_turn:
+        shares = np.array(lengths) / sum(lengths)
         misses = [
-            length / unit - wanted for length, wanted in zip(lengths, (3, 2, 1, 1), strict=True)
+            float(np.linalg.norm(shares - np.array(shape) / sum(shape)))
+            for shape in ((3, 2, 1, 1), (1, 1, 1, 1))
         ]
-        if max(abs(miss) for miss in misses) < 0.9:
+        if misses[0] < misses[1]:
             return "3-2-1-1"
     return "sweep" if len(runs) >= 7 else "multistep"

@@ -32,6 +32,7 @@ from gsapp.flight.maneuvers.input_measures import (
 )
 from gsapp.flight.maneuvers.input_shape import SurfaceInput
 from gsapp.flight.maneuvers.settings import DETECTION
+from gsapp.flight.maneuvers.signals import SURFACES
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 
@@ -52,7 +53,7 @@ def grade_maneuver(
         return "D", (text,)
     surfaces = [one.surface for one in inputs]
     defects = [
-        *_trim(passage),
+        *_trim(passage, inputs),
         *_amplitude(passage, setting, inputs[0]),
         *_excitation(passage, setting, surfaces),
         *_clipping(passage, setting),
@@ -60,7 +61,7 @@ def grade_maneuver(
         *_lost_coupled_surfaces(passage, setting, surfaces),
         *_other_inputs(passage, setting, inputs),
         *_turbulence(passage, setting, surfaces),
-        *_free_response(passage),
+        *_free_response(passage, setting),
     ]
     order: dict[DefectSeverity, int] = {"fatal": 0, "large": 1, "small": 2}
     defects.sort(key=lambda defect: order[defect.severity])
@@ -80,7 +81,7 @@ def _defects(severity: DefectSeverity | None, text: str) -> list[Defect]:
     return [] if severity is None else [Defect(severity=severity, text=text)]
 
 
-def _trim(passage: ManeuverSamples) -> list[Defect]:
+def _trim(passage: ManeuverSamples, inputs: Sequence[SurfaceInput]) -> list[Defect]:
     found = []
     for name, words in (("p", "rolling"), ("q", "pitching"), ("r", "yawing")):
         rate = passage.mean_at_trim(name)
@@ -91,6 +92,8 @@ def _trim(passage: ManeuverSamples) -> list[Defect]:
     load = passage.mean_at_trim("an") / GRAVITY
     if abs(load - 1.0) > INPUT_CRITERIA.trim_load_factor:
         found += _defects("small", f"not trimmed at the start: a_n is {load:.2f} g")
+    if any(one.surface == "throttle" for one in inputs):
+        return found
     throttle = passage.samples("throttle", passage.t_input - DETECTION.trim_time, passage.t_end)
     moved = float(np.ptp(throttle)) if throttle.size else 0.0
     if moved > INPUT_CRITERIA.throttle_change:
@@ -102,7 +105,8 @@ def _amplitude(
     passage: ManeuverSamples, setting: GradingContext, main: SurfaceInput
 ) -> list[Defect]:
     found = []
-    if main.amplitude < INPUT_CRITERIA.min_amplitude * setting.half_travel(main.surface):
+    least = INPUT_CRITERIA.min_amplitude / DETECTION.min_rapid_move
+    if main.surface in SURFACES and main.amplitude < least * setting.least_move(main.surface):
         found += _defects("large", f"{main.surface} moved {main.amplitude / DEGREE:.1f} deg only")
     flow = flow_history(passage, setting.aircraft)
     during = (passage.times >= passage.t_input) & (passage.times <= passage.t_end)
@@ -212,6 +216,8 @@ def _other_inputs(
             f"{surface} moved as well, by {moved[surface] / DEGREE:.1f} deg",
         )
     for one in inputs:
+        if one.kind == "step":
+            continue
         share = residual_deflection(passage, one)
         found += _defects(
             INPUT_CRITERIA.residual_deflection.severity(share),
@@ -223,6 +229,8 @@ def _other_inputs(
 def _turbulence(
     passage: ManeuverSamples, setting: GradingContext, surfaces: Sequence[str]
 ) -> list[Defect]:
+    # A lever moves one of the channels that may answer; the others show their noise.
+    surfaces = [name for name in surfaces if name in SURFACES]
     worst, channel = pre_input_motion_ratio(passage, setting, surfaces)
     return _defects(
         INPUT_CRITERIA.pre_input_motion.severity(worst),
@@ -230,9 +238,9 @@ def _turbulence(
     )
 
 
-def _free_response(passage: ManeuverSamples) -> list[Defect]:
+def _free_response(passage: ManeuverSamples, setting: GradingContext) -> list[Defect]:
     free = passage.t_end - passage.t_input_end
     return _defects(
         INPUT_CRITERIA.hands_off_lack.severity(1.0 - free / DETECTION.min_free_response_time),
-        f"hands off for {max(free, 0.0):.1f} s only after the input",
+        f"hands off for {max(free, 0.0) * setting.time_scale:.1f} s only after the input",
     )

@@ -3,8 +3,11 @@
 Before take-off the engines run for about 80 s: what the channels then show is vibration, noise
 of the instruments and steps of the converter. It is measured in windows of two seconds, each
 freed of its straight line (a high-pass at about half a hertz), and the median over the windows
-stands against range-check pulses and run-ups. A record without such a stretch takes its quietest
-windows instead.
+stands against range-check pulses and run-ups.
+
+A record that begins in the air may be one maneuver from end to end. Its noise is what changes
+faster than an aircraft moves: fourth differences, whose median neither inputs nor responses reach.
+The noise that the aircraft file states counts there as well.
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.dead_instruments import sensor_noise
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import RATES, SIGNAL_COLUMNS, SIGNALS, SURFACES
 from gsapp.quantities import FloatArray
@@ -62,30 +67,69 @@ def window_noise(rows: FloatArray) -> FloatArray:
     return np.where(present >= max(0.5 * count, 4), np.sqrt(variance), np.nan)
 
 
+def fast_noise(rows: FloatArray, rate: float) -> FloatArray:
+    """Return the standard deviation of what each column of even rows does faster than a motion.
+
+    From the median of the fourth differences, over samples about `DETECTION.noise_lag` apart;
+    surfaces, which step, over neighboring samples. A channel slower than the grid repeats its
+    values: its differences are those of the values, if they are smaller. `rate` in 1/s. NaN where
+    a column has less than eight differences.
+    """
+    found = np.full(rows.shape[1], np.nan)
+    lag = max(round(DETECTION.noise_lag * rate), 1)
+    for place in np.flatnonzero(np.isfinite(rows).any(axis=0)):
+        samples = rows[:, place]
+        found[place] = _fourth_difference_noise(samples, 1 if place < len(SURFACES) else lag)
+        repeated = np.diff(samples, prepend=np.nan) == 0.0
+        if repeated.mean() > DETECTION.repeated_share:
+            # A comparison with NaN is false: a floor of too few values changes nothing.
+            fresh = _fourth_difference_noise(samples[~repeated], 1)
+            found[place] = fresh if fresh < found[place] else found[place]
+    return found
+
+
+def _fourth_difference_noise(samples: FloatArray, lag: int) -> float:
+    if samples.size <= 4 * lag:
+        return math.nan
+    steps = samples
+    for _ in range(4):
+        steps = steps[lag:] - steps[:-lag]
+    sizes = np.abs(steps[np.isfinite(steps)])
+    # White noise: sqrt(1 + 16 + 36 + 16 + 1) in each, half of them below 0.6745 deviations.
+    return float(np.median(sizes)) / (0.6745 * math.sqrt(70.0)) if sizes.size >= 8 else math.nan
+
+
 class NoiseFloorEstimator:
     """Collects windows and says what the noise floor is so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, aircraft: Aircraft, rate: float, time_scale: float = 1.0) -> None:
+        self._stated = sensor_noise(aircraft)
+        self._rate = rate
+        self._window = DETECTION.noise_window * time_scale  # s of flight time.
         self._ground: list[FloatArray] = []
         self._turning: list[FloatArray] = []
         self._recent: list[tuple[FloatArray, bool]] = []
-        self._air: list[FloatArray] = []
+        self._fast: list[FloatArray] = []
         self._flown = False
+        self._stood = False
         self._floor: NoiseFloor | None = None
 
     def add(self, rows: FloatArray, *, airborne: bool, standing: bool | None = None) -> None:
         """Take in one window; `standing` is None where no airspeed tells whether it rolls."""
-        noise = window_noise(rows)
         if airborne:
+            if not self._flown:
+                # The run and the rotation were on the ground still, and were not quiet.
+                self._flown = True
+                self._recent, self._fast = [], []
             # What was measured on the ground stands.
-            if not (self._flown and self._on_ground):
+            if not self._on_ground:
                 self._floor = None
-            # The run and the rotation were on the ground still, and were not quiet.
-            self._flown = True
-            self._recent = []
-            self._keep(self._air, noise)
+                self._keep(self._fast, fast_noise(rows, self._rate))
         elif not self._flown and standing is not False:
             self._floor = None
+            self._stood = self._stood or bool(standing)
+            noise = window_noise(rows)
+            self._keep(self._fast, fast_noise(rows, self._rate))
             # A comparison with a missing engine speed is false.
             self._recent.append(
                 (
@@ -119,21 +163,23 @@ class NoiseFloorEstimator:
         else:
             running = _vibrating_windows(self._ground)
             told = " while the gyros shook" if len(running) < len(self._ground) else ""
-        if len(running) >= DETECTION.min_ground_windows:
-            length = DETECTION.noise_window * len(running)
+        # What nothing shows to stand, and never took off, may have flown all the time.
+        known = self._flown or self._stood
+        if known and len(running) >= DETECTION.min_ground_windows:
+            length = self._window * len(running)
             return NoiseFloor(
                 std=_by_channel(_ground_noise(np.array(running))),
                 source=f"{length:.0f} s before take-off{told}",
                 duration=length,
                 is_final=self._flown,
             )
-        windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
-        if not windows:
+        if not self._fast:
             return NoiseFloor()
-        length = DETECTION.noise_window * math.ceil(DETECTION.quiet_share * len(windows))
+        length = self._window * len(self._fast)
+        found = _by_channel(_column_quantiles(np.array(self._fast), DETECTION.quiet_share))
         return NoiseFloor(
-            std=_by_channel(_column_quantiles(np.array(windows), 0.5 * DETECTION.quiet_share)),
-            source=f"the quietest {length:.0f} s of the record",
+            std={name: max(std, self._stated.get(name, 0.0)) for name, std in found.items()},
+            source=f"the fast changes over {length:.0f} s of the record",
             duration=length,
         )
 

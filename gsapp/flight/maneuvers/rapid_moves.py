@@ -33,7 +33,7 @@ class RapidMoveDetector:
     def __init__(self, setting: GradingContext, rate: float) -> None:
         self.lag = max(round(DETECTION.look_back * rate), 1)
         self.half_travel = [setting.half_travel(name) for name in SURFACES]
-        self.thresholds = [DETECTION.min_rapid_move * travel for travel in self.half_travel]
+        self.thresholds = [setting.least_move(name) for name in SURFACES]
         self._steering = [deque[float](maxlen=DETECTION.steering_frames) for _ in SURFACES]
         self.restart()
 
@@ -68,7 +68,7 @@ class RapidMoveDetector:
             if len(seen) >= DETECTION.min_steering_frames:
                 steering = seen[int(DETECTION.steering_quantile * len(seen))]
             self.thresholds[place] = max(
-                DETECTION.min_rapid_move * self.half_travel[place],
+                setting.least_move(name),
                 DETECTION.rapid_move_over_noise * setting.noise.std_of(name),
                 DETECTION.rapid_move_over_steering * steering,
             )
@@ -128,13 +128,13 @@ def find_pilot_takeover(
     rest = last + 0.3
     calm = (times >= rest) & (times < rest + 0.4)
     earliest: float | None = None
-    for place, surface in enumerate(SURFACES):
+    for surface in SURFACES:
         samples = rows[:, SIGNAL_COLUMNS[surface]]
         level = samples[calm]
         if not np.isfinite(level).any():
             continue
         margin = max(
-            0.3 * DETECTION.min_rapid_move * setting.half_travel(SURFACES[place]),
+            0.3 * DETECTION.min_rapid_move * setting.half_travel(surface),
             5.0 * setting.noise.std_of(surface),
             least,
         )
@@ -167,12 +167,15 @@ def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bo
     # What steering does may have been learned since the move was taken for quick.
     if main.max_step < threshold:
         return False
-    if main.is_unmistakable and main.max_step > DETECTION.certain_step_ratio * threshold:
-        return True
     clear = main.kind in UNAMBIGUOUS_SHAPES
-    if main.kind == "retrim" or main.abruptness < (
-        DETECTION.abrupt_share if clear else DETECTION.abrupt_share_other
-    ):
+    strict = not clear or main.abruptness <= DETECTION.sudden_share
+    certain = DETECTION.certain_step_ratio_other if strict else DETECTION.certain_step_ratio
+    if main.is_unmistakable and main.max_step > certain * threshold:
+        return True
+    abrupt = DETECTION.abrupt_share if clear else DETECTION.abrupt_share_other
+    if main.is_from_calm:
+        abrupt *= DETECTION.calm_abrupt_ratio
+    if main.kind == "retrim" or main.abruptness < abrupt:
         return False
     if main.motion_before > (0.6 if clear else 0.35) * main.amplitude:
         return False

@@ -12,6 +12,9 @@ from gsapp.quantities.constants import DEGREE
 class ManeuverDetectionSettings:
     """Engineering choices, checked by `tests/bench/detection.py` and `tests/bench/verdicts.py`."""
 
+    # Size of the aircraft.
+    reference_chord: float = 0.43  # m, of the aircraft that all durations below were tuned on.
+
     # Airborne or not, frame by frame.
     frame_duration: float = 0.5  # Length of one frame, s; decisions are made at its end.
     max_lift_coefficient: float = 1.2  # Assumed where no stall speed is given.
@@ -44,7 +47,9 @@ class ManeuverDetectionSettings:
     noise_window: float = 2.0  # Length of one window of the noise floor, s.
     takeoff_windows: int = 8  # Windows dropped before airborne: take-off run.
     min_ground_windows: int = 2  # Windows with engines running that give the noise on the ground.
-    quiet_share: float = 0.15  # Share of the windows in the air that count as quiet.
+    quiet_share: float = 0.25  # Share of the windows in the air below whose noise it is taken.
+    noise_lag: float = 0.04  # s between the samples of a difference: 6 to 12 Hz, no motion.
+    repeated_share: float = 0.3  # Of the samples: a channel slower than the grid.
     max_windows: int = 400  # Windows kept; beyond, every second one is dropped.
     engine_running_speed: float = 100.0  # Above this speed, rad/s, an engine runs.
 
@@ -53,6 +58,7 @@ class ManeuverDetectionSettings:
     input_end_pause_displaced: float = 2.6  # ... or off trim: longest step.
     secondary_input_ratio: float = 0.25  # To the quickest input, as shares of travel.
     min_rapid_move: float = 0.02  # Share of half the travel that a quick move takes at least.
+    min_rapid_move_assumed_travel: float = 0.005  # The same of a travel that no file states.
     rapid_move_over_noise: float = 7.0  # Times the noise that a rapid move takes at least ...
     rapid_move_over_steering: float = 3.0  # ... and times the usual steering of the flight.
     steering_quantile: float = 0.8  # Quantile of the moves per frame that is the usual steering.
@@ -60,14 +66,26 @@ class ManeuverDetectionSettings:
     min_steering_frames: int = 12  # Frames that it takes to know the steering.
     abrupt_share: float = 0.35  # Of the excursion of a doublet or 3-2-1-1 in `look_back` ...
     abrupt_share_other: float = 0.5  # ... and any other shape.
+    sudden_share: float = 0.9  # No steering takes so much of its excursion in `look_back`.
     step_share: float = 0.35  # Of its quickest move: a step of the same input.
     first_step_search: float = 1.5  # s searched before the first quick move.
-    certain_step_ratio: float = 1.3  # Over the threshold: a certain step.
+    certain_step_ratio: float = 1.3  # Over the threshold: a certain step, if sudden ...
+    certain_step_ratio_other: float = 4.0  # ... or else, out of calm or of another shape.
+    calm_before: float = 0.1  # Motion before an input over its amplitude: out of perfect calm ...
+    calm_abrupt_ratio: float = 0.6  # ... its steps may be less abrupt, by this factor ...
+    calm_hand: float = 0.15  # ... and a stick that moves less, of its amplitude, is no hand.
     hands_off: float = 0.4  # Seconds without a stick after a doublet or 3-2-1-1 ...
     hands_off_other: float = 1.0  # ... and after any other shape.
 
+    # Moves of throttle and flap.
+    min_lever_move: float = 0.2  # Share of half the travel that an input moves a lever at least.
+    lever_rest: float = 0.04  # Share of half the travel within which a lever rests.
+    lever_stick_share: float = 0.1  # Share of half its travel that a surface moves meanwhile.
+    lever_rest_frames: int = 4  # Frames of rest before and after an input.
+
     # Shape of an input.
     look_back: float = 0.15  # s: a deliberate move goes far within.
+    trim_at_edge: float = 0.1  # s at either end of a stretch that may begin and end with an input.
     trim_before_input: float = 0.8  # s before an input in which the surface is trimmed.
     displaced_share: float = 0.35  # Of the largest excursion: displaced beyond.
     begin_share: float = 0.1  # Share of the largest excursion at which an input begins.
@@ -85,6 +103,8 @@ class ManeuverDetectionSettings:
     history_duration: float = 40.0  # Seconds of frames kept for judging an input.
     min_response: float = 8.0  # Peak to peak over the noise: more than on the ground.
     short_flight_duration: float = 60.0  # s: a shorter flight is one maneuver.
+    max_cut_duration: float = 120.0  # s: a stretch of flight around one input, cut by somebody.
+    max_gap: float = 1.0  # s without any sample: the record was joined, or lost.
     moved_over_noise: float = 6.0  # Peak-to-peak deflection over noise: moved ...
     moved_share: float = 0.015  # ... and the least share of half the travel.
     same_edge_tolerance: float = 1e-6  # Seconds between edges that are the same.

@@ -11,11 +11,14 @@ from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.quantities import Block, FloatArray
 
 SURFACES: Final = ("de", "da", "dr")
+LEVERS: Final = ("flap", "throttle")
+"""What is moved by levers: slower, and not brought back to a trim."""
+CONTROLS: Final = (*SURFACES, *LEVERS)
 RATES: Final = ("p", "q", "r")
 RESPONSE_SIGNALS: Final = ("alpha", "beta", *RATES, "ax", "ay", "an")
 """What answers to an input, and may clip."""
 
-SIGNALS: Final = (*SURFACES, *RESPONSE_SIGNALS, "V", "altitude", "throttle", "rpm")
+SIGNALS: Final = (*SURFACES, *RESPONSE_SIGNALS, "V", "altitude", "throttle", "rpm", "flap")
 """Columns of what `extract_signals` returns."""
 
 SIGNAL_COLUMNS: Final = {name: place for place, name in enumerate(SIGNALS)}
@@ -45,9 +48,8 @@ def extract_signals(block: Block) -> FloatArray:
     taken[:, SIGNAL_COLUMNS["V"]] = _airspeed(block)
     taken[:, SIGNAL_COLUMNS["altitude"]] = _altitude(block)
     taken[:, SIGNAL_COLUMNS["rpm"]] = _first_available(block, "rpm_left", "rpm_right")
-    taken[:, SIGNAL_COLUMNS["throttle"]] = _first_available(
-        block, "throttle", "throttle_left", "throttle_right"
-    )
+    taken[:, SIGNAL_COLUMNS["throttle"]] = _throttle(block)
+    taken[:, SIGNAL_COLUMNS["flap"]] = _first_available(block, "flap")
     # What no number can be is as good as missing.
     taken[np.isinf(taken)] = np.nan
     return taken
@@ -74,6 +76,17 @@ def _surface(block: Block, name: str) -> FloatArray:
     for stand_in in (0.5 * (left + right), left, right, _first_available(block, f"{name}_command")):
         found = np.where(np.isnan(found), stand_in, found)
     return found
+
+
+def _throttle(block: Block) -> FloatArray:
+    """Return the throttle, of several engines their mean."""
+    both = 0.5 * (
+        _first_available(block, "throttle_left") + _first_available(block, "throttle_right")
+    )
+    found = _first_available(block, "throttle")
+    found = np.where(np.isnan(found), both, found)
+    one = _first_available(block, "throttle_left", "throttle_right")
+    return np.where(np.isnan(found), one, found)
 
 
 def _airspeed(block: Block) -> FloatArray:
