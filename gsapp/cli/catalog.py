@@ -24,7 +24,8 @@ def catalog(
         str | None, typer.Option(metavar="da+dr", help="Exactly these surfaces moved")
     ] = None,
     kind: Annotated[
-        Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"] | None,
+        Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "step", "none"]
+        | None,
         typer.Option(help="Shape of the input"),
     ] = None,
     worst_grade: Annotated[

@@ -411,16 +411,16 @@ def cut_flight_maneuvers(
         ),
         remarks=tuple(remarks),
         assumed_aircraft_text=opened.assumed_aircraft_text,
-        no_maneuvers_text="" if found else _why_none(opened, surveyed, grounded),
+        no_maneuvers_text="" if found else _why_none(opened.flight, surveyed, grounded),
     )
 
 
 def _why_none(
-    opened: OpenedFlight, surveyed: FlightManeuvers, grounded: Sequence[DetectedManeuver]
+    flight: Flight, surveyed: FlightManeuvers, grounded: Sequence[DetectedManeuver]
 ) -> str:
     if grounded:
-        return "; ".join(ground_window_text(one, opened.aircraft) for one in grounded)
-    return explain_no_maneuvers(opened.flight, surveyed.maneuvers)
+        return "; ".join(ground_window_text(one, stands=True) for one in grounded)
+    return explain_no_maneuvers(flight, surveyed.maneuvers)
 
 
 def no_maneuvers_text(flown: Sequence[FlightWithManeuvers]) -> str:

@@ -174,7 +174,10 @@ COMMAND_CHANNELS: Mapping[str, str] = {name: f"{name}_command" for name in SURFA
 
 
 def aircraft_as_recorded(block: Block, aircraft: Aircraft) -> Aircraft:
-    """Return an aircraft whose controls are commands where a record has nothing else of them."""
+    """Return an aircraft whose controls are commands where a record has nothing else of them.
+
+    Of a control whose kind the aircraft file states nothing is assumed.
+    """
 
     def holds(name: str) -> bool:
         return name in block and bool(np.isfinite(block[name]).any())
@@ -182,7 +185,7 @@ def aircraft_as_recorded(block: Block, aircraft: Aircraft) -> Aircraft:
     commanded = {
         name: control.model_copy(update={"kind": "command"})
         for name, command in COMMAND_CHANNELS.items()
-        if (control := getattr(aircraft.controls, name)).kind == "position"
+        if "kind" not in (control := getattr(aircraft.controls, name)).model_fields_set
         and holds(command)
         and not any(map(holds, (name, *SURFACE_HALVES.get(name, ("rudder",)))))
     }

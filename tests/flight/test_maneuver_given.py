@@ -259,7 +259,6 @@ def test_a_window_on_the_ground_is_told_and_one_that_only_seems_so_is_obeyed():
     assert surveyed.on_ground == ("1",)
     slow = changed(FLIGHT, V=0.5 * FLIGHT.block["V"])
     doubted = collect_maneuvers(slow, AIRCRAFT, given=given[1:])
-    assert any("used as named" in one for one in doubted.remarks)
     assert not doubted.on_ground
     unknown = collect_maneuvers(changed(FLIGHT, V=np.nan), AIRCRAFT, given=given)
     assert not [one for one in unknown.remarks if "not flown" in one]

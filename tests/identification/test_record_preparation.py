@@ -120,14 +120,16 @@ def test_a_measured_surface_stays_to_the_last_bit() -> None:
     assert reconstruct_deflections(block, B777) is block
 
 
-def test_a_flight_of_nothing_but_commands_is_one_whatever_the_file_says() -> None:
+def test_a_flight_of_nothing_but_commands_is_one_where_the_file_states_no_kind() -> None:
     commands = block_of(de_command=0.5 * DOUBLET)
-    recorded = aircraft_as_recorded(commands, B777)
+    unsaid = B777.model_copy(update={"controls": type(B777.controls)()})
+    recorded = aircraft_as_recorded(commands, unsaid)
     assert recorded.controls.de.kind == "command"
-    assert recorded.controls.da.kind == B777.controls.da.kind == "position"
+    assert recorded.controls.da.kind == "position"
     assert "de" in reconstruct_deflections(commands, recorded)
     measured = block_of(de=DOUBLET, de_command=DOUBLET)
-    assert aircraft_as_recorded(measured, B777) is B777
+    assert aircraft_as_recorded(measured, unsaid) is unsaid
+    assert aircraft_as_recorded(commands, B777) is B777
 
 
 def test_what_hangs_on_a_missing_sample_is_missing() -> None:

@@ -34,7 +34,7 @@ from gsapp.flight.maneuvers.rapid_moves import find_strong_moves, measure_moved_
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_HALVES, SURFACES, extract_signals
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
+from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
 
 _GRADE: Final[Mapping[str, Grade]] = {grade: grade for grade in GRADES}
@@ -277,8 +277,8 @@ def collect_maneuvers(
         # Without airspeed a steady flight may look like standing.
         if detector.airborne_criterion == "airspeed":
             slow = [one for one in found if not detector.was_airborne(one.t_start, one.t_end)]
-            remarks += [ground_window_text(one, aircraft) for one in slow]
-            on_ground = tuple(one.id for one in slow if _stands(one, aircraft))
+            on_ground = tuple(one.id for one in slow if _stands(one, flight, aircraft))
+            remarks += [ground_window_text(one, stands=one.id in on_ground) for one in slow]
     elif _is_cut_around_inputs(segments, found, detector):
         found = tuple(
             _take_whole(assessor, str(place), segment, found)
@@ -359,16 +359,22 @@ def _take_whole(
     return whole
 
 
-def _stands(maneuver: DetectedManeuver, aircraft: Aircraft) -> bool:
-    """Return whether a window begins slower than any wind lets an aircraft fly."""
+def _stands(maneuver: DetectedManeuver, flight: Flight, aircraft: Aircraft) -> bool:
+    """Return whether an aircraft is slower than any wind lets it fly."""
+    block = flight.block
+    low, high = np.searchsorted(block.times, (maneuver.t_start, maneuver.t_end))
+    part = Block(
+        channels=block.channels, times=block.times[low:high], values=block.values[low:high]
+    )
+    speed = extract_signals(part)[:, SIGNAL_COLUMNS["V"]]
     least = DETECTION.standing_speed_ratio * flying_speed(aircraft)
-    return maneuver.V is not None and least > maneuver.V
+    return bool(np.isfinite(speed).any() and np.nanmedian(speed) < least)
 
 
-def ground_window_text(maneuver: DetectedManeuver, aircraft: Aircraft) -> str:
+def ground_window_text(maneuver: DetectedManeuver, *, stands: bool) -> str:
     """Return what a window is worth in which the airspeed is that of an aircraft on the ground."""
     times = f"from {maneuver.t_start:.2f} to {maneuver.t_end:.2f} s"
-    if _stands(maneuver, aircraft):
+    if stands:
         return (
             f"maneuver {maneuver.id} is excluded: not flown; {times} the aircraft was on the "
             "ground, by its airspeed"
