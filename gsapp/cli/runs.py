@@ -143,6 +143,7 @@ def _show(console: PlainConsole, store: Catalog, number: int) -> Any:
 def _compare(console: PlainConsole, store: Catalog, number: int, other: int) -> Any:
     from dataclasses import asdict
 
+    from gsapp.identification.estimate_json import value_json
     from gsapp.identification.runs.run_comparison import compare_runs
     from gsapp.identification.runs.run_store import load_run
 
@@ -150,7 +151,15 @@ def _compare(console: PlainConsole, store: Catalog, number: int, other: int) -> 
     _print_run_comparison(console, found)
     return {
         **asdict(found),
-        "values": [{**asdict(one), "differs": one.differs} for one in found.values],
+        "values": [
+            {
+                **asdict(one),
+                "one": None if one.one is None else value_json(one.one),
+                "other": None if one.other is None else value_json(one.other),
+                "differs": one.differs,
+            }
+            for one in found.values
+        ],
     }
 
 
@@ -217,7 +226,7 @@ def _change(console: PlainConsole, store: Catalog, what: str, typed: Sequence[st
 
 
 def _brief(one: StoredRun) -> dict[str, Any]:
-    from dataclasses import asdict
+    from gsapp.identification.estimate_json import value_json
 
     return {
         "number": one.number,
@@ -230,8 +239,8 @@ def _brief(one: StoredRun) -> dict[str, Any]:
         "maneuver_count": one.maneuver_count,
         "bounds_ratio": one.bounds_ratio,
         "wild": list(one.outlying_maneuvers),
-        "values": {name: asdict(value) for name, value in one.values.items()},
-        "campaign": {name: asdict(value) for name, value in one.campaign.items()},
+        "values": {name: value_json(value) for name, value in one.values.items()},
+        "campaign": {name: value_json(value) for name, value in one.campaign.items()},
     }
 
 
