@@ -43,6 +43,7 @@ from gsapp.identification.estimate_corrections import (
     required_constants,
 )
 from gsapp.identification.estimate_settings import EstimateSettings
+from gsapp.identification.filter_error import estimator as filter_error
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.methods import (
     compares_coefficients,
@@ -185,6 +186,20 @@ def estimate_by_equation_error(task: EstimationTask) -> Estimate:
 
 def estimate_by_maximum_likelihood(task: EstimationTask) -> Estimate:
     """Estimate by maximum likelihood (output error)."""
+    likelihood, beside = _likelihood_settings(task)
+    found = ml.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
+    return _without(found, beside)
+
+
+def estimate_by_filter_error(task: EstimationTask) -> Estimate:
+    """Estimate by the filter-error method: turbulence is estimated, too."""
+    likelihood, beside = _likelihood_settings(task)
+    found = filter_error.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
+    return _without(found, beside)
+
+
+def _likelihood_settings(task: EstimationTask) -> tuple[ml.MLSettings, tuple[str, ...]]:
+    """Return the settings of a fit of responses, and what it fits but is not to report."""
     settings = task.settings
     weights = None
     if settings.response_weights is not None:
@@ -210,9 +225,7 @@ def estimate_by_maximum_likelihood(task: EstimationTask) -> Estimate:
         model=task.model,
         joint_weights=weights,
     )
-
-    found = ml.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
-    return _without(found, beside)
+    return likelihood, beside
 
 
 def secondary_input_derivatives(
@@ -255,6 +268,9 @@ def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
     )
 
 
+_ROUGH_AIR_TEXT = (
+    "the residuals of maximum likelihood show turbulence; the values are by filter error"
+)
 _NO_EXCITATION_TEXT = (
     "no surface moved as an input: no excitation; fly a doublet, or choose another time window"
 )
@@ -267,7 +283,7 @@ def fit_maneuver(
     means: Mapping[str, CampaignValue],
     known: Mapping[str, AssumedConstant],
 ) -> ManeuverResult:
-    """Fit one maneuver, by the other quick methods, too.
+    """Fit one maneuver, by the other quick methods, too; in gusts by filter error.
 
     Parameters as of `fit_maneuvers_jointly`.
     """
@@ -279,8 +295,37 @@ def fit_maneuver(
         estimate = replace(estimate, warnings=(_NO_EXCITATION_TEXT, *estimate.warnings))
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
     comparisons, failures = _fit_by_other_methods((maneuver,), axis, settings, means, known)
+    if estimate.gusty_maneuvers and not settings.single_method:
+        calm = estimate
+        try:
+            estimate = _fit_in_gusts((maneuver,), axis, settings, means, known)
+            comparisons = {calm.method: calm, **comparisons}
+        except FlightError as error:
+            failures = (*failures, f"no filter-error estimate: {error}")
     estimate = replace(estimate, warnings=(*estimate.warnings, *failures))
     return ManeuverResult(maneuver=maneuver, estimate=estimate, comparisons=comparisons)
+
+
+def _fit_in_gusts(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    settings: CampaignSettings,
+    means: Mapping[str, CampaignValue],
+    known: Mapping[str, AssumedConstant],
+) -> Estimate:
+    """Return the filter-error estimate that takes the place of maximum likelihood.
+
+    Raises `FlightError` if there is none.
+    """
+    by_filter = settings.with_changes(method="fem")
+    found = fit_maneuvers_jointly(maneuvers, axis, by_filter, means, known)
+    if not found.converged:
+        raise FlightError(found.message)
+    return replace(
+        found,
+        gusty_maneuvers=tuple(one.id for one in maneuvers),
+        warnings=(_ROUGH_AIR_TEXT, *found.warnings),
+    )
 
 
 def _fit_by_other_methods(
@@ -465,8 +510,12 @@ def run_campaign(
     for axis, together in groups:
         _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
         try:
-            joint.append(_fit_with_accuracy(together, axis, settings, means, known))
+            estimate = _fit_with_accuracy(together, axis, settings, means, known)
             others, failures = _fit_by_other_methods(together, axis, settings, means, known)
+            if estimate.gusty_maneuvers and not settings.single_method:
+                others = {estimate.method: estimate, **others}
+                estimate = _fit_in_gusts(together, axis, settings, means, known)
+            joint.append(estimate)
             comparisons.append(others)
             remarks += failures
         except FlightError as error:

@@ -25,7 +25,7 @@ their number.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -112,6 +112,27 @@ def required_constants(
 
 def _std_text(name: str, one: AssumedConstant) -> str:
     return f"{one.std:.1f} m/s" if name == "V" else f"{one.std / DEGREE:.1f} deg"
+
+
+def estimate_with_constants(
+    estimate: Callable[[Mapping[str, float]], Estimate], assumed: Mapping[str, AssumedConstant]
+) -> Estimate:
+    """Return an estimate whose bounds allow for the error of assumed constants.
+
+    `estimate`: with these constants in the place of what was not measured, SI.
+    """
+    values = {name: one.value for name, one in assumed.items()}
+    found = estimate(values)
+    if not assumed or not found.converged:
+        return found
+    moved = []
+    for name, one in assumed.items():
+        for value in (one.value + one.std, one.value - one.std):
+            changed = estimate({**values, name: value})
+            if changed.converged:
+                break
+        moved.append(changed)
+    return widen_bounds(found, moved, assumed)
 
 
 def widen_bounds(

@@ -38,6 +38,7 @@ def _maneuver(result: ManeuverResult) -> dict[str, Any]:
         "t_end": round(maneuver.t_end, 6),
         "input": "+".join(maneuver.inputs),
         "axis": None if estimate is None else estimate.axis,
+        "method": None if estimate is None else estimate.method,
     }
     if estimate is None:
         return {

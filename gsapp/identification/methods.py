@@ -83,6 +83,22 @@ _OWN_METHODS: Final = (
         documentation="docs/identification.md",
     ),
     EstimationMethod(
+        id="fem",
+        title=QT_TR_NOOP("Filter error"),
+        short_title=QT_TR_NOOP("filter error"),
+        help_text=QT_TR_NOOP(
+            "Follows the responses through a Kalman filter and estimates turbulence, too: for "
+            "rough air."
+        ),
+        function="gsapp.identification.campaign:estimate_by_filter_error",
+        settings=_DERIVATIVE_SETTINGS
+        | {"start", "priors", "free_effects", "responses", "states", "biases"},
+        compares="responses",
+        comparison_text="measured (solid) against predicted (dashed) responses: each sample from "
+        "those before it.",
+        documentation="docs/identification.md",
+    ),
+    EstimationMethod(
         id="ee",
         title=QT_TR_NOOP("Equation error"),
         short_title=QT_TR_NOOP("equation error"),

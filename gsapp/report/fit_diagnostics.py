@@ -115,9 +115,8 @@ def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
         return ()
     return (
         f"The residuals of {len(ids)} maneuver{'' if len(ids) == 1 else 's'} ({', '.join(ids)}) "
-        "show gusts, which values and bounds of maximum likelihood suffer from. Equation error "
-        "takes the air as the vanes felt it: where the two contradict each other, believe "
-        "equation error.",
+        "show gusts, which values and bounds of maximum likelihood suffer from. They were "
+        "estimated by filter error, which estimates the gusts, too.",
     )
 
 

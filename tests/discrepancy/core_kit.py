@@ -16,13 +16,15 @@ from scipy.linalg import expm
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.gust_states import GustStates
 from gsapp.identification.filter_error.motion_linearization import (
+    INTEGRATED_STATES,
     Linearization,
     ManeuverRecord,
     NominalMotion,
     create_maneuver_record,
 )
-from gsapp.identification.filter_error.noise_model import GUST_ROWS, NoiseModel
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -112,6 +114,8 @@ def prepared(
 
 TOY_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "an")
 _V = 30.0
+GUST_ROWS = (0, 2, 1)
+"""States that gusts along x, y, z enter: V, beta, alpha."""
 _PAST = 600
 """Samples before the record, in which the toy forgets that it was at rest."""
 
@@ -147,6 +151,7 @@ class Toy:
         rates -= np.eye(8) * (np.linalg.eigvals(rates).real.max() + 0.8)
         full = np.zeros((11, 11))
         full[:8, :8] = rates
+        gusts = GustStates.create(INTEGRATED_STATES, 8, _V, 1.0, noise)
         for place, (row, length) in enumerate(zip(GUST_ROWS, noise.gust_lengths, strict=True)):
             full[row, 8 + place] = full[8 + place, 8 + place] = -_V / length
         self.step = expm(full * dt)
@@ -154,7 +159,9 @@ class Toy:
         slopes[-1] = 3.0 * random.standard_normal(8) / _SIZES
         self.slopes = np.hstack((slopes, np.zeros((len(slopes), 3))))
         self.transition = expm(rates * dt)
-        self.process = _gathered(full, noise.process_noise(_V, 8), dt)
+        self.process = _gathered(
+            full, noise.process_noise(gusts.names, gusts.entries, (3, 4, 5)), dt
+        )
         self.measurement = np.array([noise.variances[name] for name in TOY_CHANNELS])
         draw = np.random.default_rng([seed, 6])
         values, vectors = np.linalg.eigh(self.process)
@@ -197,6 +204,7 @@ class Toy:
             record=record,
             paths={},
             states=steady,
+            speed=_V,
             transition=np.broadcast_to(self.transition, (n - 1, 8, 8)).copy(),
             next_states=steady[:, 1:],
             sensor_inputs=np.zeros((n, n_channels)),
@@ -207,6 +215,8 @@ class Toy:
             rate_by_coefficient=np.zeros((n, 8, 6)),
             output_by_control=np.zeros((n, n_channels, 5)),
             rate_by_control=np.zeros((n, 8, 5)),
+            output_by_rotation=np.zeros((n, n_channels, 3)),
+            rate_by_rotation=np.zeros((n, 8, 3)),
             variables={},
             output_rates=np.zeros((n, n_channels)),
             bias_sensitivity=np.ones((n, n_channels)),

@@ -18,10 +18,11 @@ from gsapp.identification.filter_error.motion_linearization import (
     create_maneuver_record,
     linearize_along,
 )
-from gsapp.identification.filter_error.noise_model import GUST_ROWS, NoiseModel
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import (
     AIRCRAFT,
+    GUST_ROWS,
     TOY_CHANNELS,
     TOY_NOISE,
     TRUTH,

@@ -28,6 +28,7 @@ from gsapp.dynamics.trim import Trim, trim
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import Axis, axis_derivatives
+from gsapp.identification.filter_error import estimator as filter_error
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block, FloatArray
@@ -60,6 +61,7 @@ METHODS: Mapping[str, Callable[[Sequence[Maneuver], Axis], Estimate]] = {
     "ee": equation_error.estimate,
     "ml": lambda maneuvers, axis: ml.estimate(maneuvers, ml.MLSettings(axis=axis)),
     "ftr": ftr.estimate,
+    "fem": lambda maneuvers, axis: filter_error.estimate(maneuvers, ml.MLSettings(axis=axis)),
 }
 FORCES = {"CN": ("Z", -1.0), "CA": ("X", -1.0), "CY": ("Y", 1.0)}
 MOMENTS = {"Cl": ("ROLL", "bw-ft"), "Cm": ("PITCH", "cbarw-ft"), "Cn": ("YAW", "bw-ft")}
@@ -252,6 +254,8 @@ class Engine:
         The same seed gives the same gusts in an engine that has not flown yet.
         """
         self.fdm["simulation/randomseed"] = seed
+        # JSBSim turns the axes of gusts by this, the other way round: let them be the aircraft's.
+        self.fdm["atmosphere/psiw-rad"] = -self.fdm["attitude/psi-rad"]
         self.fdm["atmosphere/turb-type"] = MILSPEC_TURBULENCE
         # The severity counts above 2,000 ft only, but 0 is no turbulence at all.
         self.fdm["atmosphere/turbulence/milspec/severity"] = 3
@@ -331,6 +335,7 @@ def fly(
     model: Model | None = None,
     noise: float = 1.0,
     offset: float = 0.0,
+    gust: float = 0.0,
 ) -> Virtual:
     """Fly one maneuver; speed (95 to 105 ft/s), inputs, derivatives and noise vary with the seed.
 
@@ -348,10 +353,16 @@ def fly(
         Scales all noise; zero leaves the converter out too.
     offset : float
         Standard deviation of the zero offsets of the accelerometers, m/s^2.
+    gust : float
+        Standard deviation of the vertical gusts, m/s; the air turns, too.
     """
     random = np.random.default_rng(seed)
     truth = model or varied_model(random)
     found = engine.start(truth, V=float(random.uniform(95.0, 105.0)) * FOOT)
+    if gust:
+        engine.start_turbulence(gust, seed)
+    else:
+        engine.fdm["atmosphere/turb-type"] = 0
     times = np.arange(round(duration * RATE)) / RATE
     motion = engine.fly(found, commands_for(kind, times, random))
     shown = instruments(engine.aircraft, motion, random, noise=noise, offset=offset)

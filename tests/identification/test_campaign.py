@@ -73,19 +73,25 @@ def result_of(*maneuvers: Virtual) -> CampaignResult:
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
-def test_in_gusts_equation_error_is_nearer_the_truth(kind: str) -> None:
+def test_in_gusts_filter_error_takes_over_and_is_nearer_the_truth(kind: str) -> None:
     virtual = flown(1.0, kind)
     (result,) = result_of(virtual).results
     assert result.estimate.gusty_maneuvers == (virtual.maneuver.id,)
     assert any("turbulence" in text for text in result.estimate.warnings)
-    assert set(result.comparisons) >= {"ee", "ftr"}
-    both = [one for one in compare_methods(result) if {"ml", "ee"} <= one.values.keys()]
+    assert result.estimate.method == "fem"
+    assert set(result.comparisons) >= {"ml", "ee", "ftr"}
+    both = [one for one in compare_methods(result) if {"ml", "fem"} <= one.values.keys()]
     assert len(both) >= (8 if kind == "lon" else 15)
-    # Constants hold zero offsets of accelerometers, which equation error does not know.
-    assert not any(one.name.endswith("_0") for one in both)
-    assert _miss(result.comparisons["ee"], virtual, kind) < 0.5 * _miss(
-        result.estimate, virtual, kind
+    assert not any("ml" in one.contradictions for one in both)
+    assert _miss(result.estimate, virtual, kind) < 0.5 * _miss(
+        result.comparisons["ml"], virtual, kind
     )
+
+
+def test_a_single_method_asked_for_stays_in_gusts() -> None:
+    virtual = flown(1.0)
+    (result,) = run_campaign([virtual.maneuver], CampaignSettings(single_method=True)).results
+    assert (result.estimate.method, result.comparisons) == ("ml", {})
 
 
 STRONG = {

@@ -139,6 +139,7 @@ def fly(
     aircraft: Aircraft | None = None,
     attitude: bool = True,
     still: Sequence[str] = (),
+    rotating: bool = False,
 ) -> Virtual:
     """Fly one maneuver.
 
@@ -160,10 +161,12 @@ def fly(
         Whether phi and theta are measured.
     still : sequence of str
         Surfaces that are not touched at all.
+    rotating : bool
+        Whether gusts also turn the air (MIL-F-8785C).
     """
     flown = _flown if model is None and aircraft is None else _flown.__wrapped__
     plane, truth, motion, state = flown(
-        seed, kind, duration, dt, gust, tuple(still), model, aircraft
+        seed, kind, duration, dt, gust, tuple(still), model, aircraft, rotating
     )
     random = np.random.default_rng(seed)
     random.bit_generator.state = state
@@ -198,6 +201,7 @@ def _flown(
     still: tuple[str, ...],
     model: Model | None,
     aircraft: Aircraft | None,
+    rotating: bool,
 ) -> tuple[Aircraft, Model, dict[str, FloatArray], dict[str, object]]:
     """Return the motion that `fly` measures, and where its random numbers go on.
 
@@ -211,7 +215,9 @@ def _flown(
     simulator = Simulator(
         plane,
         truth,
-        turbulence=DrydenTurbulence(gust, seed=seed) if gust else None,
+        turbulence=DrydenTurbulence(gust, seed=seed, span=plane.geometry.span if rotating else None)
+        if gust
+        else None,
         dt=dt,
         stall=False,
     )
@@ -242,13 +248,14 @@ def _measured(
     sensors = aircraft.sensors
     flow = (motion["u"], motion["v"], motion["w"])
     rates = (motion["p"], motion["q"], motion["r"])
+    turned = tuple(motion[name] - motion[f"gust_{name}"] for name in "pqr")
     spin = (motion["p_dot"], motion["q_dot"], motion["r_dot"])
     force = (motion["ax"], motion["ay"], motion["an"])
     ax, ay, an = accelerations_at(sensors.accelerometer.position, force, rates, spin)
     exposed = {
-        "V": pitot_airspeed(velocity_at(sensors.air_data.position, flow, rates)),
-        "alpha": alpha_vane(velocity_at(sensors.alpha_vane.position, flow, rates)),
-        "beta": beta_vane(velocity_at(sensors.beta_vane.position, flow, rates)),
+        "V": pitot_airspeed(velocity_at(sensors.air_data.position, flow, turned)),
+        "alpha": alpha_vane(velocity_at(sensors.alpha_vane.position, flow, turned)),
+        "beta": beta_vane(velocity_at(sensors.beta_vane.position, flow, turned)),
         **dict(zip(("p", "q", "r"), rates, strict=True)),
         "ax": ax,
         "ay": ay,

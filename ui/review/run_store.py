@@ -255,9 +255,7 @@ def _describe_run_end(outcome: RunOutcome) -> str:
         if one.estimate is not None and one.estimate.gusty_maneuvers
     ]
     if gusty:
-        said.append(
-            tr("In gusts, compare with equation error: {gusty}.").format(gusty=", ".join(gusty))
-        )
+        said.append(tr("In gusts, by filter error: {gusty}.").format(gusty=", ".join(gusty)))
     said.append(
         tr("See Figures ({figures}), Summary ({summary}).").format(
             figures=shortcut_text("Alt+3"), summary=shortcut_text("Alt+4")

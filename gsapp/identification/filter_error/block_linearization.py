@@ -12,11 +12,17 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import expm
 
 from gsapp.dynamics.signal_terms import lag_weights
+from gsapp.identification.filter_error.gust_states import MOMENT_TARGETS, GustStates
 from gsapp.identification.filter_error.instrument_output import path_delay, path_lag, visible_shares
-from gsapp.identification.filter_error.motion_linearization import Linearization, NominalMotion
-from gsapp.identification.filter_error.noise_model import GUST_ROWS
+from gsapp.identification.filter_error.motion_linearization import (
+    INTEGRATED_STATES,
+    Linearization,
+    NominalMotion,
+)
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import BoolArray, FloatArray
 
@@ -50,11 +56,11 @@ class _DelayedReading:
 class _DelayedInstruments:
     """The readings of all late instruments of a linearization, and what is shown of them."""
 
-    def __init__(self, found: Linearization) -> None:
+    def __init__(self, found: Linearization, first: int) -> None:
         self.readings: list[_DelayedReading] = []
         self.shown: dict[int, dict[int | None, float]] = {}
         """By channel: shares of the readings at these rows (None: of the channel itself)."""
-        self._first = len(found.states) + len(GUST_ROWS)
+        self._first = first
         dt = found.record.dt
         for channel, path in found.paths.items():
             tau, delay = path_lag(path), path_delay(path) / dt
@@ -81,31 +87,50 @@ class BlockLinearization:
 
     Parameters
     ----------
-    gust_lengths : tuple of float, optional
-        Effective scale lengths of the gusts, m; without them gusts stay as they are.
+    noise : NoiseModel, optional
+        Gives the scale lengths of the gusts and whether the air rotates; without it gusts stay as
+        they are.
     """
 
     def __init__(
-        self, linearization: Linearization, motion: NominalMotion, lengths: tuple[float, ...] | None
+        self, linearization: Linearization, motion: NominalMotion, noise: NoiseModel | None
     ) -> None:
         record = linearization.record
         n_states, n = linearization.states.shape
-        self.linearization, self.gust, self.gust_lengths = linearization, motion.gust, lengths
-        self.V = float(np.mean(linearization.states[0]))
-        self._late = _DelayedInstruments(linearization)
-        size = n_states + len(GUST_ROWS) + len(self._late.readings)
+        self.linearization = linearization
+        self.V = linearization.speed
+        self.gust_shape = None if noise is None else noise.gust_shape
+        self.gusts = gusts = GustStates.create(
+            record.states, n_states, self.V, record.maneuver.aircraft.geometry.span, noise
+        )
+        self.gust = motion.gust if len(motion.gust) == gusts.count else np.zeros((gusts.count, n))
+        moved = slice(n_states, n_states + gusts.count)
+        self._outputs = np.concatenate(
+            (linearization.output_by_state, linearization.output_by_rotation @ gusts.rotation),
+            axis=2,
+        )
+        self._late = _DelayedInstruments(linearization, moved.stop)
+        size = moved.stop + len(self._late.readings)
         stepwise = np.zeros((n - 1, size, size))
         stepwise[:, :n_states, :n_states] = linearization.transition
-        for place, (row, length) in enumerate(zip(GUST_ROWS, lengths or (), strict=False)):
-            rate = self.V / length
-            column = n_states + place
-            stepwise[:, :n_states, column] = -rate * record.dt * linearization.transition[:, :, row]
-            stepwise[:, column, column] = np.exp(-rate * record.dt)
+        stepwise[:, moved, moved] = own = expm(gusts.rates * record.dt)
+        for place, row in enumerate(gusts.rows):
+            rate = gusts.rates[place, place]
+            stepwise[:, :n_states, n_states + place] = (
+                rate * record.dt * linearization.transition[:, :, row]
+            )
+        if gusts.is_rotational:
+            turned = linearization.rate_by_rotation @ gusts.rotation
+            stepwise[:, :n_states, moved] += (
+                0.5 * record.dt * (linearization.transition @ turned[:-1] + turned[1:] @ own)
+            )
         for one in self._late.readings:
             if one.source is None:
-                goes_in = linearization.output_by_state[:, one.channel]
-                stepwise[:, one.row, :n_states] = one.old * goes_in[:-1]
-                stepwise[:, one.row] += one.new * (goes_in[1:, None] @ stepwise[:, :n_states])[:, 0]
+                goes_in = self._outputs[:, one.channel]
+                stepwise[:, one.row, : moved.stop] = one.old * goes_in[:-1]
+                stepwise[:, one.row] += (
+                    one.new * (goes_in[1:, None] @ stepwise[:, : moved.stop])[:, 0]
+                )
                 stepwise[:, one.row, one.row] = one.decay
             else:
                 stepwise[:, one.row, one.source] = 1.0
@@ -137,6 +162,12 @@ class BlockLinearization:
         """Return the number of states of the equations, which come first."""
         return len(self.linearization.states)
 
+    @property
+    def moment_rows(self) -> tuple[int, ...]:
+        """Return the states that unmeasured moments enter."""
+        names = self.linearization.record.states
+        return tuple(names.index(name) for name in MOMENT_TARGETS if name in names)
+
     def interpolation_variance(self, process: FloatArray) -> FloatArray:
         """Return the variance in means of channels that are shown as of between two samples.
 
@@ -153,12 +184,21 @@ class BlockLinearization:
         return variances
 
     @cached_property
+    def computed(self) -> FloatArray:
+        """Return the channels along the motion, its gusts included, (n, n_channels)."""
+        computed = self.linearization.computed
+        if not self.gusts.is_rotational:
+            return computed
+        turned = (self.gusts.rotation @ self.gust).T[:, :, None]
+        shown: FloatArray = computed + (self.linearization.output_by_rotation @ turned)[:, :, 0]
+        return shown
+
+    @cached_property
     def _shows(self) -> FloatArray:
         """Return what channels show of all states, (n, n_channels, n_x)."""
-        found = self.linearization
-        n, n_channels, n_states = found.output_by_state.shape
+        n, n_channels, n_moved = self._outputs.shape
         shows = np.zeros((n, n_channels, len(self.scales)))
-        shows[:, :, :n_states] = found.output_by_state
+        shows[:, :, :n_moved] = self._outputs
         for channel, shares in self._late.shown.items():
             shows[:, channel] *= shares.get(None, 0.0)
             for row, share in shares.items():
@@ -169,18 +209,21 @@ class BlockLinearization:
     @property
     def initial_state_map(self) -> FloatArray:
         """Return all states by those of the equations and gusts, at the start, (n_x, ...)."""
-        first = self.linearization.output_by_state[0]
-        rest = np.eye(len(self.scales))[:, : self.n_states + len(GUST_ROWS)]
+        first = self._outputs[0]
+        rest = np.eye(len(self.scales))[:, : first.shape[1]]
         for one in self._late.readings:
-            rest[one.row, : self.n_states] = first[one.channel]
+            rest[one.row] = first[one.channel]
         return rest
 
     @property
     def scales(self) -> FloatArray:
         """Return a size for each state: columns of initial states are in these units."""
-        own = (1.0,) * (self.n_states - len(FILTER_ERROR.state_scales))
+        names = self.linearization.record.states
+        sizes = dict(zip(INTEGRATED_STATES, FILTER_ERROR.state_scales, strict=True))
+        polar = [sizes[name] for name in names]
+        own = (1.0,) * (self.n_states - len(polar))
         late = (FILTER_ERROR.reading_scale,) * len(self._late.readings)
-        return np.array((*FILTER_ERROR.state_scales, *own, *FILTER_ERROR.gust_scales, *late))
+        return np.array((*polar, *own, *self.gusts.scales, *late))
 
     @cached_property
     def noise_gains(self) -> tuple[NoiseGain, ...]:
@@ -188,9 +231,9 @@ class BlockLinearization:
         found = self.linearization
         step = self.stepwise.mean(axis=0)
         half = 0.5 * (np.eye(len(step)) + step)
-        goes_in = found.output_by_state.mean(axis=0)
+        goes_in = self._outputs.mean(axis=0)
         for one in self._late.readings:
-            half[one.row] = one.new * (goes_in[one.channel] @ half[: self.n_states])
+            half[one.row] = one.new * (goes_in[one.channel] @ half[: goes_in.shape[1]])
         shares = np.stack(
             [
                 visible_shares(found.paths.get(channel, ()), found.record.dt, self.block_size)
@@ -261,15 +304,15 @@ class BlockLinearization:
     def defects(self) -> FloatArray:
         """Return by how much the model misses the motion in each step, shape (n - 1, n_x)."""
         found = self.linearization
-        n_states, n_moved = self.n_states, self.n_states + len(GUST_ROWS)
+        n_states, n_moved = self.n_states, self.n_states + self.gusts.count
         gone = np.vstack((found.next_states, np.zeros_like(self.gust[:, 1:])))
         by_gust = self.stepwise[:, :n_moved, n_states:n_moved] @ self.gust[:, :-1].T[:, :, None]
         missed = gone + by_gust[:, :, 0].T - np.vstack((found.states, self.gust))[:, 1:]
         defects = np.zeros((missed.shape[1], len(self.scales)))
         defects[:, :n_moved] = missed.T
         for one in self._late.readings:
-            goes_in = found.output_by_state[1:, one.channel]
-            defects[:, one.row] = one.new * (goes_in * defects[:, :n_states]).sum(axis=1)
+            goes_in = self._outputs[1:, one.channel]
+            defects[:, one.row] = one.new * (goes_in * defects[:, :n_moved]).sum(axis=1)
         return defects
 
     @cached_property
@@ -295,7 +338,7 @@ class BlockLinearization:
         whole = n_blocks * size
         shows = self._shows[:whole].reshape(n_blocks, size, -1, n_x)
         seen = (shows @ within[:, :size, :, None])[:, :, :, 0]
-        z = (record.measured - found.computed)[:whole].reshape(n_blocks, size, -1) - seen
+        z = (record.measured - self.computed)[:whole].reshape(n_blocks, size, -1) - seen
         counted = record.valid[:whole].reshape(n_blocks, size, -1)
         z = (z * counted).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
         return z, within[:-1, size], within[:, :size]

@@ -48,7 +48,8 @@ class ColumnLayout:
     """Which column is what."""
 
     n_states: int
-    """Without heading: the first columns; `CONTROLS`, `COEFFICIENTS` and `free` follow."""
+    """Without heading: the first columns; `CONTROLS`, `COEFFICIENTS`, the rotation of the air and
+    `free` follow."""
     free: tuple[str, ...]  # Parameters of the equations.
 
     @property
@@ -61,8 +62,14 @@ class ColumnLayout:
         return slice(first, first + len(COEFFICIENTS))
 
     @property
-    def parameters(self) -> slice:
+    def rotation(self) -> slice:
+        """Return the columns of p_g, q_g, r_g: rotation of the air."""
         first = self.coefficients.stop
+        return slice(first, first + 3)
+
+    @property
+    def parameters(self) -> slice:
+        first = self.rotation.stop
         return slice(first, first + len(self.free))
 
     def stack_columns(
@@ -154,9 +161,12 @@ class _Chain:
         V, rho = state[0], inputs[MODEL_INPUTS.index("rho")]
         variables = self._totals.variables
         reads: dict[str, SparseGradient] = {name: {k: 1.0} for k, name in enumerate(_VARIABLES[:6])}
-        for rate, length in (("p", model.span), ("q", model.chord), ("r", model.span)):
-            hat = variables[_VARIABLES.index(f"{rate}_hat")]
-            reads[f"{rate}_hat"] = {POLAR_STATES.index(rate): 0.5 * length / V, 0: -hat / V}
+        turned = range(self._layout.rotation.start, self._layout.rotation.stop)
+        for rate, length, column in zip(
+            "pqr", (model.span, model.chord, model.span), turned, strict=True
+        ):
+            hat, size = variables[_VARIABLES.index(f"{rate}_hat")], 0.5 * length / V
+            reads[f"{rate}_hat"] = {POLAR_STATES.index(rate): size, 0: -hat / V, column: -size}
         reads |= {name: {column: 1.0} for name, column in self._inputs.items()}
         reads |= {"throttle_difference": {}, "rho": {}, "qbar": {0: rho * V}}
         self._reads = reads

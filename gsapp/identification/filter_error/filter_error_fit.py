@@ -174,6 +174,11 @@ class FilterErrorFit:
     biases: dict[str, float]  # By `bias_name`.
     noise: dict[str, NoiseModel]  # By flight.
     maneuvers: list[ManeuverState] = field(default_factory=list)
+    bias_stds: Mapping[str, float] = field(default_factory=lambda: BIAS_PRIOR_STD)
+    """Standard deviation of the zero error of each channel that has one, SI; infinite where nothing
+    is known of it."""
+    value_priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """A-priori value and standard deviation of free parameters."""
 
     # --- making ---------------------------------------------------------------------------------
 
@@ -235,6 +240,8 @@ class FilterErrorFit:
             values=dict(self.values),
             biases=dict(self.biases),
             noise=dict(self.noise),
+            bias_stds=self.bias_stds,
+            value_priors=self.value_priors,
             maneuvers=[one for one in self.maneuvers if one.record.id in set(ids)],
         )
 
@@ -272,31 +279,42 @@ class FilterErrorFit:
                 model = model.with_effect(effect.id, {**effect.parameters, **own})
         return model
 
-    def _take(self, model: Model) -> None:
+    def take_model(self, model: Model) -> None:
         """Put the values of the fit into the flight models."""
         self.model = model
         made: dict[int, FlightModel] = {}
         for one in self.maneuvers:
             aircraft = one.record.maneuver.aircraft
-            one.flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
+            if one.own_derivatives:
+                own = model.with_derivatives(one.own_derivatives)
+                one.flight_model = FlightModel(aircraft, own)
+            else:
+                one.flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
 
     # --- one pass -------------------------------------------------------------------------------
 
     def bias_names(self) -> tuple[str, ...]:
-        """Return the names of the biases of the maneuvers here."""
+        """Return the names of the free biases of the maneuvers here."""
         return tuple(
-            dict.fromkeys(
-                bias_name(one.record.flight, name)
-                for one in self.maneuvers
-                for name in one.record.channels
-            )
+            dict.fromkeys(name for one in self.maneuvers for name in self.bias_names_of(one.record))
+        )
+
+    def bias_names_of(self, record: ManeuverRecord) -> tuple[str, ...]:
+        """Return the names of the free biases of one maneuver."""
+        return tuple(
+            bias_name(record.flight, name) for name in record.channels if name in self.bias_stds
         )
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """Return what is known of the biases beforehand, relative to where they stand."""
-        return {
-            name: (-self.biases[name], BIAS_PRIOR_STD[name.rpartition(".")[2]])
+        """Return what is known beforehand, relative to where values and biases stand."""
+        known = {
+            name: (-self.biases[name], self.bias_stds[name.rpartition(".")[2]])
             for name in self.bias_names()
+        }
+        return known | {
+            name: (value - self.values[name], std)
+            for name, (value, std) in self.value_priors.items()
+            if name in self.values
         }
 
     def linearized(self, one: ManeuverState) -> Linearization:
@@ -356,6 +374,7 @@ class FilterErrorFit:
                 ),
             )
             for place, name in enumerate(one.record.channels)
+            if name in self.bias_stds
         ]
         return filter_columns(one.current_filter, columns, self.bias_of(one.record))
 
@@ -414,10 +433,8 @@ class FilterErrorFit:
         basis, _ = np.linalg.qr(rows[:, -1 - n_local : -1])
         rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
         rest -= basis @ (basis.T @ rest)
-        record = one.record
-        biases = [bias_name(record.flight, name) for name in record.channels]
         return InformationMatrix(
-            names=(*self.free, *names, *biases),
+            names=(*self.free, *names, *self.bias_names_of(one.record)),
             matrix=rest.T @ rest,
             samples=float(one.current_filter.valid.sum()) - n_local,
         )
@@ -447,7 +464,7 @@ class FilterErrorFit:
             raise FlightError("the fit of a model with an effect ran away; reject the effect")
         for name in self.bias_names():
             self.biases[name] += by_name[name]
-        self._take(self.revised_model())
+        self.take_model(self.revised_model())
         sizes = np.abs(moves) / np.sqrt(covariance.diagonal())
         return float(sizes[: len(self.free)].max()) if self.free else 0.0
 
@@ -458,8 +475,7 @@ class FilterErrorFit:
 
     def _follow(self, one: ManeuverState, moves: Mapping[str, float]) -> None:
         """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
-        flight = one.record.flight
-        names = (*self.free, *(bias_name(flight, name) for name in one.record.channels))
+        names = (*self.free, *self.bias_names_of(one.record))
         chosen = names if one.filtered_columns is not None else ()
         moved = np.array([moves.get(name, 0.0) for name in chosen])
         one.motion = predicted_motion(one, moved, self.bias_of(one.record))

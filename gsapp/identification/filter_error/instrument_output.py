@@ -39,8 +39,6 @@ from gsapp.quantities import FloatArray
 _Vector = tuple[Value, Value, Value]
 _VectorGradient = tuple[SparseGradient, SparseGradient, SparseGradient]
 _ACCELERATIONS = ("ax", "ay", "an")
-_UNITS: _VectorGradient = ({3: 1.0}, {4: 1.0}, {5: 1.0})
-"""Of p, q, r."""
 
 
 ValueWithGradient = tuple[Value, SparseGradient]
@@ -123,7 +121,10 @@ class _SensorInputs:
     def _flow_at(self, instrument: str) -> tuple[_Vector, _VectorGradient]:
         (x, y, z), (dx, dy, dz) = self._place(instrument)
         p, q, r = self._state[3:6]
-        (du, dv, dw), (dp, dq, dr) = self._flow_slopes, _UNITS
+        (du, dv, dw), first = self._flow_slopes, self._found.layout.rotation.start
+        # The air turns, too.
+        units: list[SparseGradient] = [{3 + axis: 1.0, first + axis: -1.0} for axis in range(3)]
+        dp, dq, dr = units
         return velocity_at((x, y, z), self._flow, (p, q, r)), (
             linear_combination((1.0, du), (z, dq), (q, dz), (-y, dr), (-r, dy)),
             linear_combination((1.0, dv), (x, dr), (r, dx), (-z, dp), (-p, dz)),

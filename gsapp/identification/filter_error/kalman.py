@@ -84,8 +84,8 @@ class SteadyStateFilter(InnovationsForm):
 
     def with_noise(self, noise: NoiseModel) -> SteadyStateFilter:
         """Return the filter of the same maneuver for other noise."""
-        if noise.gust_lengths != self.blocks.gust_lengths:
-            raise ValueError("scale lengths are part of the blocks; make the filter anew")
+        if noise.gust_shape != self.blocks.gust_shape:
+            raise ValueError("the shape of gusts is part of the blocks; make the filter anew")
         return _filter(self.blocks, noise)
 
     def innovations(
@@ -192,10 +192,7 @@ def create_filter(
     linearization: Linearization, noise: NoiseModel | None, motion: NominalMotion
 ) -> SteadyStateFilter:
     """Return the filter for a linearized maneuver; without noise model, none: output error."""
-    return _filter(
-        BlockLinearization(linearization, motion, None if noise is None else noise.gust_lengths),
-        noise,
-    )
+    return _filter(BlockLinearization(linearization, motion, noise), noise)
 
 
 def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyStateFilter:
@@ -268,7 +265,10 @@ def _steady_covariance(
     measured = noise.block_mean_variances(channels, blocks.block_size)
     n_states = blocks.n_states
     Q = np.zeros((n_x, n_x))
-    Q[: n_states + 3, : n_states + 3] = noise.process_noise(blocks.V, n_states)
+    moving = blocks.gusts.entries.shape[1]
+    Q[:moving, :moving] = noise.process_noise(
+        blocks.gusts.names, blocks.gusts.entries, blocks.moment_rows
+    )
     moved = blocks.linearization.rate_by_control
     Q[:n_states, :n_states] += np.einsum(
         "nic,c,njc->ij", moved, noise.control_intensities, moved

@@ -8,7 +8,7 @@ takes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -214,6 +214,8 @@ class ManeuverState:
     record: ManeuverRecord
     flight_model: FlightModel
     motion: NominalMotion
+    own_derivatives: Mapping[str, float] = field(default_factory=dict)
+    """Derivatives with a value of their own here: forces of the other axis, as measured."""
     filter: SteadyStateFilter | None = None
     filtered_columns: FilteredColumns | None = None
 
@@ -278,5 +280,5 @@ def predicted_motion(one: ManeuverState, moves: FloatArray, bias: FloatArray) ->
     n_states = len(one.motion.states)
     return NominalMotion(
         states=one.motion.states + moved[:n_states],
-        gust=one.motion.gust + moved[n_states : n_states + len(one.motion.gust)],
+        gust=own.blocks.gust + moved[n_states : n_states + len(own.blocks.gust)],
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.actuators import simulate_control_path
+from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.signal_terms import (
@@ -55,6 +56,8 @@ class ManeuverRecord:
     channels: tuple[str, ...]
     measured: FloatArray  # Shape (n, n_channels). SI; zero where a sample does not count.
     valid: BoolArray  # Shape (n, n_channels).
+    states: tuple[str, ...] = INTEGRATED_STATES
+    """Polar states that are integrated; the others are as measured."""
 
     @property
     def id(self) -> str:
@@ -102,8 +105,10 @@ _VARIABLES = tuple(VARIABLES)
 class NominalMotion:
     """The motion of one maneuver that a model is linearized along."""
 
-    states: FloatArray  # Shape (n_states, n). `INTEGRATED_STATES`, then the model's own.
-    gust: FloatArray  # Shape (3, n). Share of V (m/s), beta and alpha (rad) that is turbulence.
+    states: FloatArray  # Shape (n_states, n). `ManeuverRecord.states`, then the model's own.
+    gust: FloatArray
+    """Shape (n_gusts, n). `GustStates`: share of V (m/s), beta and alpha (rad) that is turbulence
+    and, where the air rotates, its states; of another number of rows, it starts from zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -113,6 +118,7 @@ class Linearization:
     record: ManeuverRecord
     paths: dict[int, PathTerms]  # Effects on the paths of channels, by the channel's place.
     states: FloatArray  # Shape (n_states, n).
+    speed: float  # Mean airspeed, m/s.
     transition: FloatArray  # Shape (n - 1, n_states, n_states).
     next_states: FloatArray
     """Shape (n_states, n - 1). Where the model goes in one step from each sample."""
@@ -128,6 +134,9 @@ class Linearization:
     output_by_control: FloatArray
     rate_by_control: FloatArray
     """Shape (n, ..., 5). By `CONTROLS`."""
+    output_by_rotation: FloatArray
+    rate_by_rotation: FloatArray
+    """Shape (n, ..., 3). By rotation of the air, p_g, q_g, r_g."""
     variables: dict[str, FloatArray]  # Shape (n,). What terms may read.
     output_rates: FloatArray  # Shape (n, n_channels). Time derivatives of `computed`.
     bias_sensitivity: FloatArray
@@ -142,11 +151,19 @@ class Linearization:
 
 def initial_motion(record: ManeuverRecord, model: FlightModel) -> NominalMotion:
     """Return the measured motion, with the model's own states at rest."""
-    polar = record.motion.states.T[: len(INTEGRATED_STATES)]
     full = record.motion.states.T
+    polar = full[[POLAR_STATES.index(name) for name in record.states]]
     own = model.steady_states(tuple(full), tuple(record.motion.inputs.T))
     rows = [polar, *(np.broadcast_to(np.asarray(one, float), (1, len(record))) for one in own)]
     return NominalMotion(states=np.vstack(rows), gust=np.zeros((3, len(record))))
+
+
+def _all_states(record: ManeuverRecord, x: FloatArray) -> FloatArray:
+    """Return all polar states, those that are not integrated as measured, and the model's own."""
+    count = len(record.states)
+    full = np.vstack((record.motion.states.T, x[count:]))
+    full[[POLAR_STATES.index(name) for name in record.states]] = x[:count]
+    return full
 
 
 def linearize_along(
@@ -164,28 +181,35 @@ def linearize_along(
     that much less of a change.
     """
     inputs = _surface_inputs(record, model)
-    heading = record.motion.states.T[len(INTEGRATED_STATES)]
     x, dt, parameters = motion.states, record.dt, tuple(values)
-    state = (*x[:8], heading, *x[8:])
-    found = compute_jacobian(model, state, tuple(inputs), parameters, free)
+    state = _all_states(record, x)
+    found = compute_jacobian(model, tuple(state), tuple(inputs), parameters, free)
     layout, count = found.layout, len(record)
-    seen = sensor_inputs(model, record.channels, state, found)
+    seen = sensor_inputs(model, record.channels, tuple(state), found)
     outputs = np.stack([np.broadcast_to(value, (count,)) for value, _ in seen], axis=-1)
     # What an instrument scales, it scales all through.
     rows = [slopes for _, slopes in seen]
     moved = np.gradient(inputs[[MODEL_INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
     exposed_rates = _output_rates(rows, (*found.rates, *moved), count)
     output_rates = exposed_rates.copy()
-    zeros = bias_sensitivity(record, x[0])
+    zeros = bias_sensitivity(record, state[0])
     for column, scale in _scales(record, model, outputs, speed_zero * zeros).items():
         rows[column] = linear_combination((scale, rows[column]))
         output_rates[:, column] *= scale
-    states = slice(0, layout.n_states)
-    jacobian = np.ascontiguousarray(layout.stack_columns(found.rate_gradients, states, count))
+    chosen = _integrated_rows(record, layout.n_states)
+    gradients = [found.rate_gradients[row] for row in chosen]
+
+    def by_states(gradients: list[SparseGradient]) -> FloatArray:
+        by_all = layout.stack_columns(gradients, slice(0, layout.n_states), count)
+        return np.ascontiguousarray(
+            by_all if len(chosen) == layout.n_states else by_all[..., chosen]
+        )
+
+    jacobian = by_states(gradients)
     step = 0.5 * dt * (jacobian[1:] + jacobian[:-1])
     square = step @ step
-    transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
-    by_state = np.ascontiguousarray(layout.stack_columns(rows, states, count))
+    transition = np.eye(len(chosen)) + step + 0.5 * square + (square @ step) / 6.0
+    by_state = by_states(rows)
     computed, paths = outputs.copy(), _instrument_paths(record, model)
     for column, path in paths.items():
         computed[:, column] = instrument_output(
@@ -198,24 +222,33 @@ def linearize_along(
         record=record,
         paths=paths,
         states=x,
+        speed=float(np.mean(state[0])),
         transition=transition,
-        next_states=_next_states(model, x, heading, inputs, found.rates, dt, parameters),
+        next_states=_next_states(model, record, state, inputs, found.rates, parameters),
         sensor_inputs=outputs,
         sensor_input_rates=exposed_rates,
         computed=computed,
         output_by_state=by_state,
         output_by_coefficient=layout.stack_columns(rows, layout.coefficients, count),
-        rate_by_coefficient=layout.stack_columns(found.rate_gradients, layout.coefficients, count),
+        rate_by_coefficient=layout.stack_columns(gradients, layout.coefficients, count),
         output_by_control=layout.stack_columns(rows, layout.controls, count),
-        rate_by_control=layout.stack_columns(found.rate_gradients, layout.controls, count),
-        variables=_variables(record, model, found, x[0]),
+        rate_by_control=layout.stack_columns(gradients, layout.controls, count),
+        output_by_rotation=layout.stack_columns(rows, layout.rotation, count),
+        rate_by_rotation=layout.stack_columns(gradients, layout.rotation, count),
+        variables=_variables(record, model, found, state[0]),
         output_rates=output_rates,
         bias_sensitivity=zeros,
         inputs=inputs,
         free=free,
-        rate_by_free=layout.stack_columns(found.rate_gradients, layout.parameters, count),
+        rate_by_free=layout.stack_columns(gradients, layout.parameters, count),
         output_by_free=layout.stack_columns(rows, layout.parameters, count),
     )
+
+
+def _integrated_rows(record: ManeuverRecord, n_states: int) -> list[int]:
+    """Return the places of integrated states among all but heading."""
+    own = range(len(INTEGRATED_STATES), n_states)
+    return [*(INTEGRATED_STATES.index(name) for name in record.states), *own]
 
 
 def outputs_along(record: ManeuverRecord, model: FlightModel, motion: NominalMotion) -> FloatArray:
@@ -224,8 +257,8 @@ def outputs_along(record: ManeuverRecord, model: FlightModel, motion: NominalMot
     As simulators compute them, all samples at hand.
     """
     inputs = _surface_inputs(record, model)
-    x, heading = motion.states, record.motion.states.T[len(INTEGRATED_STATES)]
-    values = OutputModel(model, record.channels).values((*x[:8], heading, *x[8:]), tuple(inputs))
+    state = tuple(_all_states(record, motion.states))
+    values = OutputModel(model, record.channels).values(state, tuple(inputs))
     outputs = np.stack([np.broadcast_to(one, (len(record),)) for one in values], axis=-1)
     for column, path in _instrument_paths(record, model).items():
         outputs[:, column] = path_response(path, outputs[:, column], record.dt).values
@@ -248,24 +281,30 @@ def bias_sensitivity(record: ManeuverRecord, V: FloatArray) -> FloatArray:
 
 def _next_states(
     model: FlightModel,
-    x: FloatArray,
-    heading: FloatArray,
+    record: ManeuverRecord,
+    state: FloatArray,
     inputs: FloatArray,
     rates: FloatArray,
-    dt: float,
     values: tuple[float, ...],
 ) -> FloatArray:
-    """Return where a Runge-Kutta step goes from each sample; inputs go straight in between."""
+    """Return where a Runge-Kutta step goes from each sample.
 
-    def at(moved: FloatArray, psi: FloatArray, given: FloatArray) -> FloatArray:
-        found = model.rates((*moved[:8], psi, *moved[8:]), tuple(given), values)
-        return np.array(np.broadcast_arrays(*found[:8], *found[9:]))
+    Inputs and states that are not integrated go straight in between.
+    """
+    dt, chosen = record.dt, _integrated_rows(record, len(rates))
+    places = [row if row < len(INTEGRATED_STATES) else row + 1 for row in chosen]
+    middle, given = 0.5 * (state[:, 1:] + state[:, :-1]), 0.5 * (inputs[:, 1:] + inputs[:, :-1])
 
-    start, k1 = x[:, :-1], rates[:, :-1]
-    psi, given = 0.5 * (heading[1:] + heading[:-1]), 0.5 * (inputs[:, 1:] + inputs[:, :-1])
-    k2 = at(start + 0.5 * dt * k1, psi, given)
-    k3 = at(start + 0.5 * dt * k2, psi, given)
-    k4 = at(start + dt * k3, heading[1:], inputs[:, 1:])
+    def at(moved: FloatArray, others: FloatArray, given: FloatArray) -> FloatArray:
+        full = others.copy()
+        full[places] = moved
+        found = model.rates(tuple(full), tuple(given), values)
+        return np.array(np.broadcast_arrays(*found))[places]
+
+    start, k1 = state[places, :-1], rates[chosen, :-1]
+    k2 = at(start + 0.5 * dt * k1, middle, given)
+    k3 = at(start + 0.5 * dt * k2, middle, given)
+    k4 = at(start + dt * k3, state[:, 1:], inputs[:, 1:])
     stepped: FloatArray = start + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     return stepped
 

@@ -16,8 +16,8 @@ from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
 GUSTS = ("u", "v", "w")
-GUST_ROWS = (0, 2, 1)
-"""States that gusts along x, y, z enter: V, beta, alpha."""
+ROTATIONS = ("p", "q", "r")
+"""Gusts along and about x, y, z."""
 _MEDIAN_OF_NORMAL = 0.6745
 _RHO = np.concatenate(([0.0], np.linspace(0.3, 0.9, 61)))
 """Correlations that are tried; what changes more slowly than the last is a bias or turbulence."""
@@ -51,6 +51,11 @@ class NoiseModel:
     """Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows."""
     correlations: Mapping[str, float] = field(default_factory=dict)
     """Of colored noise from sample to sample, 0 to 1; channels with white noise are left out."""
+    rotation_intensities: tuple[float, float, float] | None = None
+    """Intensity of the white noise behind rotation of the air about x, y, z, rad^2/s^3; None: the
+    air does not rotate."""
+    gradient_gains: tuple[float, float] = (0.0, 0.0)
+    """Share of the gradients of gusts along z and y in pitch and yaw of the air; 1 by physics."""
     control_intensities: tuple[float, ...] = (0.0,) * len(CONTROLS)
     """Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
     with it, the aircraft does not."""
@@ -70,10 +75,13 @@ class NoiseModel:
         )
 
     def with_value(self, name: str, value: float) -> NoiseModel:
-        """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments``."""
+        """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments`` ..."""
         if name == "moments":
             return replace(self, moment_intensity=value)
         kind, _, axis = name.partition(".")
+        if axis in ROTATIONS:
+            p, q, r = (value if own == axis else self.value(f"gust.{own}") for own in ROTATIONS)
+            return replace(self, rotation_intensities=(p, q, r))
         place = GUSTS.index(axis)
         old = self.gust_intensities if kind == "gust" else self.gust_lengths
         new = tuple(value if index == place else one for index, one in enumerate(old))
@@ -86,6 +94,8 @@ class NoiseModel:
         if name == "moments":
             return self.moment_intensity
         kind, _, axis = name.partition(".")
+        if axis in ROTATIONS:
+            return (self.rotation_intensities or (0.0, 0.0, 0.0))[ROTATIONS.index(axis)]
         return (self.gust_intensities if kind == "gust" else self.gust_lengths)[GUSTS.index(axis)]
 
     def with_variances(self, variances: Mapping[str, float]) -> NoiseModel:
@@ -93,17 +103,23 @@ class NoiseModel:
         bounded = {name: max(one, _MIN_STD[name] ** 2) for name, one in variances.items()}
         return replace(self, variances=bounded)
 
-    def process_noise(self, V: float, n_states: int) -> FloatArray:
-        """Return the intensity of process noise, shape (n_states + 3, n_states + 3)."""
-        scales = (1.0, 1.0 / V**2, 1.0 / V**2)
-        found = np.zeros((n_states + 3, n_states + 3))
-        for place, (row, intensity, scale) in enumerate(
-            zip(GUST_ROWS, self.gust_intensities, scales, strict=True)
-        ):
-            entry = np.zeros(n_states + 3)
-            entry[row] = entry[n_states + place] = 1.0
-            found += intensity * scale * np.outer(entry, entry)
-        for row in (3, 4, 5):
+    @property
+    def gust_shape(self) -> tuple[tuple[float, float, float], bool, tuple[float, float]]:
+        """Return what the states of gusts depend on: lengths, and how the air rotates."""
+        return self.gust_lengths, self.rotation_intensities is not None, self.gradient_gains
+
+    def process_noise(
+        self, names: Sequence[str], entries: FloatArray, moment_rows: Sequence[int]
+    ) -> FloatArray:
+        """Return the intensity of process noise, shape (n_moving, n_moving).
+
+        `names`, `entries`: `GustStates.names` and `GustStates.entries`, shape (n_names, n_moving).
+        `moment_rows`: states that unmeasured moments enter.
+        """
+        found = np.zeros((entries.shape[1],) * 2)
+        for name, entry in zip(names, entries, strict=True):
+            found += self.value(f"gust.{name}") * np.outer(entry, entry)
+        for row in moment_rows:
             found[row, row] += self.moment_intensity
         return found
 
@@ -115,6 +131,24 @@ class NoiseModel:
                 GUSTS, self.gust_intensities, self.gust_lengths, strict=True
             )
         }
+
+    def rotation_rms(self, V: float, span: float) -> dict[str, float]:
+        """Return the standard deviation (rad/s) of rotation that gusts do not explain.
+
+        At airspeed `V`; `span` in m.
+        """
+        return {
+            name: float(np.sqrt(0.5 * self.value(f"gust.{name}") / rotation_rate(name, V, span)))
+            for name in ROTATIONS
+        }
+
+
+def rotation_rate(name: str, V: float, span: float) -> float:
+    """Return the bandwidth (rad/s) of rotation of the air; MIL-F-8785C, section 3.7.2.
+
+    `name`: of `ROTATIONS`; airspeed in m/s, span in m.
+    """
+    return np.pi * V / span / (3.0 if name == "r" else 4.0)
 
 
 def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:

@@ -15,7 +15,7 @@ import numpy as np
 
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.maneuver_state import ManeuverState
-from gsapp.identification.filter_error.noise_model import GUST_ROWS, GUSTS, NoiseModel
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 
 ActivityCallback = Callable[[str], None]
@@ -79,10 +79,10 @@ def select_noise_correlation(fit: FilterErrorFit, rounds: int) -> None:
     for _ in range(FILTER_ERROR.correlation_updates):
         _update_correlations(fit)
         tune_noise(fit, 1)
-    _try_common_correlation(fit, rounds)
+    _trycommon_correlation(fit, rounds)
 
 
-def _try_common_correlation(fit: FilterErrorFit, rounds: int) -> None:
+def _trycommon_correlation(fit: FilterErrorFit, rounds: int) -> None:
     """Give all colored channels the same correlation, in place, unless their own explain more.
 
     One recorder's filter colors them all. In turbulence the smoother takes some of the flow's own
@@ -123,9 +123,10 @@ def _measured_correlations(noise: NoiseModel) -> dict[str, float]:
     return dict(noise.correlations)
 
 
-def _common_correlation(noise: NoiseModel) -> dict[str, float]:
+def common_correlation(noise: NoiseModel) -> dict[str, float]:
     """Return correlations where channels that feel turbulence have that of the others."""
-    usual = float(np.median([noise.correlations.get(name, 0.0) for name in _ATTITUDE_CHANNELS]))
+    steady = [name for name in _ATTITUDE_CHANNELS if name in noise.variances]
+    usual = float(np.median([noise.correlations.get(name, 0.0) for name in steady] or [0.0]))
     found = _steady_only(noise)
     if usual > 0.0:
         found |= {name: usual for name in noise.correlations if name not in _ATTITUDE_CHANNELS}
@@ -142,7 +143,7 @@ def _white(_: NoiseModel) -> dict[str, float]:
 
 _ATTITUDE_CHANNELS = ("p", "q", "r", "phi", "theta")
 """Channels that turbulence reaches through the motion of the aircraft only."""
-_CORRELATION_HYPOTHESES = (_measured_correlations, _common_correlation, _steady_only, _white)
+_CORRELATION_HYPOTHESES = (_measured_correlations, common_correlation, _steady_only, _white)
 
 
 def _update_correlations(fit: FilterErrorFit) -> None:
@@ -178,31 +179,22 @@ def _update_variances(
         expected: dict[str, float] = {}
         seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected_adjoints()
         steps = slice(FILTER_ERROR.skipped_blocks, None)
-        n_states = len(one.motion.states)
-        V = float(np.mean(one.motion.states[0]))
-        for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
-            entry = np.zeros(len(own.blocks.scales))
-            entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
+        gusts, n_x = own.blocks.gusts, len(own.blocks.scales)
+        entries = np.zeros((len(gusts.names) + len(own.blocks.moment_rows), n_x))
+        entries[: len(gusts.names), : gusts.entries.shape[1]] = gusts.entries
+        entries[range(len(gusts.names), len(entries)), own.blocks.moment_rows] = 1.0
+        names = [f"gust.{name}" for name in gusts.names]
+        names += ["moments"] * len(own.blocks.moment_rows)
+        for name, entry in zip(names, entries, strict=True):
             for way, seen, usual in zip(
                 own.blocks.noise_gains, seen_of.process, usual_of.process, strict=True
             ):
                 _add(
                     held,
                     expected,
-                    f"gust.{name}",
+                    name,
                     way.weight * float(((seen[steps] @ entry) ** 2).sum()),
                     way.weight * len(seen[steps]) * float(entry @ usual @ entry),
-                )
-        for row in (3, 4, 5):
-            for way, seen, usual in zip(
-                own.blocks.noise_gains, seen_of.process, usual_of.process, strict=True
-            ):
-                _add(
-                    held,
-                    expected,
-                    "moments",
-                    way.weight * float((seen[steps, row] ** 2).sum()),
-                    way.weight * len(seen[steps]) * float(usual[row, row]),
                 )
         counted = own.valid[steps]
         measurement = seen_of.measurement[steps]
@@ -242,12 +234,10 @@ def _update_variances(
     variances = {
         name: variance * moves.get(name, 1.0) for name, variance in noise.variances.items()
     }
-    for name in ("gust.u", "gust.v", "gust.w", "moments"):
+    for name in moves.keys() - variances.keys():
         noise = noise.with_value(
             name,
-            float(
-                np.clip(noise.value(name) * moves.get(name, 1.0), *FILTER_ERROR.intensity_bounds)
-            ),
+            float(np.clip(noise.value(name) * moves[name], *FILTER_ERROR.intensity_bounds)),
         )
     return noise.with_variances(variances)
 

@@ -17,6 +17,7 @@ class FilterErrorSettings:
     state_scales: tuple[float, ...] = (1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02)
     """Sizes (SI) that make the states comparable: V, alpha, beta, p, q, r, phi, theta."""
     gust_scales: tuple[float, float, float] = (1.0, 0.01, 0.01)  # The same of gusts.
+    rotation_scale: float = 0.05  # The same of rotation of the air, rad/s.
     reading_scale: float = 0.02  # The same of what a delayed instrument shows.
     min_valid_share: float = 0.6  # Of the samples of a channel in a block.
     max_delay: float = 0.08  # s for which a deviation is followed to a delayed channel.
@@ -35,6 +36,7 @@ class FilterErrorSettings:
     # Noise.
     white_share: float = 0.02  # White noise of a colored channel over its step variance.
     initial_gust_intensity: float = 0.1  # Intensities that a fit starts from: of gusts ...
+    initial_rotation_intensity: float = 0.1  # of rotation of the air ...
     initial_moment_intensity: float = 0.01  # ... and of moments.
     max_motion_frequency: float = 12.0  # Frequency above which no aircraft of this size moves, Hz.
     min_frequencies: int = 50  # Frequencies above `max_motion_frequency` that tell the noise.
@@ -52,6 +54,15 @@ class FilterErrorSettings:
     min_correlation: float = 0.05  # Sample to sample, of colored noise: at least ...
     max_correlation: float = 0.97  # ... and at most.
     aic_penalty: float = 2.0  # Fall of the cost for one more noise parameter (Akaike).
+
+    # Estimation of derivatives.
+    max_passes: int = 30  # Passes at most.
+    min_passes: int = 3  # Passes before values may count as settled ...
+    settled_step: float = 0.02  # ... with the largest move below this, in standard deviations,
+    settled_noise: float = 0.1  # and the intensity of gusts changing by less than this share;
+    negligible_gust: float = 1e-5  # below this it does not matter.
+    min_reported_gust: float = 0.02  # Gusts, m/s, and rotation of the air, rad/s, that are said.
+    min_reported_rotation: float = 0.002
 
 
 FILTER_ERROR: Final = FilterErrorSettings()

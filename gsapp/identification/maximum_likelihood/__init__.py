@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from gsapp.identification.axes import DEFAULT_BIASES
-from gsapp.identification.estimate_corrections import AssumedConstant, widen_bounds
+from gsapp.identification.estimate_corrections import AssumedConstant, estimate_with_constants
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood.output_error_fit import fit, simulate
 from gsapp.identification.maximum_likelihood.settings import (
@@ -55,15 +55,7 @@ def estimate(
     FlightError
         If the maneuvers hold too little to fit anything, or the model diverges.
     """
-    values = {name: one.value for name, one in assumed.items()}
-    found = fit(maneuvers, settings.with_stand_ins(values), progress=progress).estimate
-    if not assumed or not found.converged:
-        return found
-    moved = []
-    for name, one in assumed.items():
-        for value in (one.value + one.std, one.value - one.std):
-            changed = fit(maneuvers, settings.with_stand_ins({**values, name: value})).estimate
-            if changed.converged:
-                break
-        moved.append(changed)
-    return widen_bounds(found, moved, assumed)
+    return estimate_with_constants(
+        lambda values: fit(maneuvers, settings.with_stand_ins(values), progress=progress).estimate,
+        assumed,
+    )

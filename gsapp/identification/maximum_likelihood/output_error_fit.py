@@ -86,7 +86,7 @@ def _solve_or_restart(
         # Nothing is left that equation error could start.
         with contextlib.suppress(DivergedError):
             return solver.solve(initial_unknowns(problem, settings, {}))
-    quick = _equation_error_values(maneuvers, settings, problem)
+    quick = equation_error_values(maneuvers, settings, problem)
     unbiased = settings.with_changes(start={})
     for chosen, values in ((settings, quick), (unbiased, quick), (unbiased, {})):
         try:
@@ -100,9 +100,10 @@ def _linear_derivatives(problem: EstimationProblem) -> list[str]:
     return [name for name in problem.names.equations if "." not in name]
 
 
-def _equation_error_values(
+def equation_error_values(
     maneuvers: Sequence[Maneuver], settings: MLSettings, problem: EstimationProblem
 ) -> Mapping[str, float]:
+    """Return start values by equation error; none where it fails."""
     try:
         return equation_error.estimate_start_values(
             maneuvers,

@@ -161,8 +161,8 @@ class TurbulenceDetection:
         return (
             f"turbulence: the residuals of {angle} and {force} are correlated (correlation "
             f"{self.force_coherence:.2f}) as only {self.direction} gusts, here of about "
-            f"{self.gust_std:.1f} m/s, do; output-error values and bounds are degraded: compare "
-            "with equation error"
+            f"{self.gust_std:.1f} m/s, do; output-error values and bounds are degraded: "
+            "estimate by filter error"
         )
 
 
