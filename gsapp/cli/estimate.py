@@ -189,8 +189,10 @@ def _values(console: PlainConsole, outcome: RunOutcome) -> Table:
     others = dict.fromkeys(method for one in results for method in one.comparisons)
     taken = _FIXED + _METHOD * len(others)
     wide = taken + _EACH * len(results) <= console.width
+    used = {one.estimate.method for one in results if one.estimate is not None}
+    in_gusts = ", in gusts by filter error" if used - {result.settings.method} else ""
     table = console.create_table(
-        title=f"{short_method_title(result.settings.method)}: {len(results)} "
+        title=f"{short_method_title(result.settings.method)}{in_gusts}: {len(results)} "
         f"maneuver{'' if len(results) == 1 else 's'}, per radian"
     )
     table.add_column("", no_wrap=True)

@@ -296,6 +296,12 @@ class _Result:
             self.parts, len(self.names), lags=self.settings.lags,
             prior=prior if prior.any() else None,
         )  # fmt: skip
+        # Innovations of a few seconds tell little of their own color: no bound below Cramer-Rao.
+        low, high = honest.diagonal(), plain.diagonal()
+        known = np.isfinite(low) & np.isfinite(high) & (low > 0.0)
+        growth = np.ones(len(low))
+        growth[known] = np.sqrt(np.maximum(high[known] / low[known], 1.0))
+        honest = honest * growth[:, None] * growth
         verdicts = assess_identifiability(
             self.information, self.names, covariance=honest, inverted=plain
         )
