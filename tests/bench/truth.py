@@ -3,9 +3,9 @@
 Virtual maneuvers with known derivatives (varied, as are speed, inputs and seeds), 12-bit converter,
 white and colored noise (first-order recursion, 0.9 from sample to sample). A bound is honest where
 the rms of error over bound is 1; 0.8 to 1.3 is asked for, derivative by derivative. Besides:
-what single rudder doublets give by each method, both methods in gusts of 0.3 and 1 m/s, with air that
-turns (MIL-F-8785C) and air that does not, and how far the fast engine and the plain one are apart on
-whole maneuvers.
+what single rudder doublets give by each method, both methods in gusts of 0.3 and 1 m/s, with air
+that turns (MIL-F-8785C) and air that does not, and how far the fast engine and the plain one are
+apart on whole maneuvers.
 """
 
 import sys
@@ -17,7 +17,7 @@ import numpy as np
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.identification import equation_error, ftr
-from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, Axis, axis_derivatives
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, axis_derivatives
 from gsapp.identification.filter_error import estimator as filter_error
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
