@@ -21,8 +21,8 @@ is compared with the field ``name``, a number with the field that numbers the in
 ``[field=value]`` names the field. ``line[3]`` is the fourth column of a line of text. SI value =
 unit(scale * field + offset); with ``table = [[1000, -21.0], [2000, 19.5]]`` or
 ``polynomial = [c0, c1, c2]`` the field is what the table or polynomial makes of it. ``missing``
-lists raw values that mean "not known"; ``valid`` names a field that is zero where the value does
-not count.
+lists raw values that mean "not known"; ``valid`` names a field that is zero, or less than
+``valid_from``, where the value does not count.
 
 Text links may list their columns instead, as the Flight CSV does::
 
@@ -121,7 +121,9 @@ class MapEntry:
     curve: Curve | None = None  # From the field to what `scale` and `offset` apply to.
     missing: tuple[float, ...] = ()  # Raw values that mean "not known".
     valid: str | None = None
-    """Field of the same message that is zero where the value does not count."""
+    """Field of the same message that is zero where the value does not count, ..."""
+    valid_from: float | None = None
+    """... or less than this."""
 
     @property
     def volts_channel(self) -> str:
@@ -215,6 +217,7 @@ class _EntryTable(StrictModel):
     polynomial: list[float] = Field(default_factory=list)
     missing: list[float] = Field(default_factory=list)
     valid: str | None = None
+    valid_from: float | None = None
 
 
 class _TextTable(StrictModel):
@@ -373,6 +376,8 @@ class _Reader:
             inputs = self._check_fields(f"{where}.source", layout, inputs, row.convert)
             self._check_time(where, layout, row.time)
             self._check_valid(where, layout, row.valid)
+        if row.valid_from is not None and row.valid is None:
+            self._report(f"{where}.valid_from", "no field is named", 'write valid = "FIELD" too')
         chosen = self._selector(f"{where}.source", layout, selector) if selector else None
         self._check_convert(where, row, layout, inputs)
         curve = self._curve(where, row)
@@ -395,6 +400,7 @@ class _Reader:
             curve=curve,
             missing=tuple(row.missing),
             valid=row.valid,
+            valid_from=row.valid_from,
         )
 
     def _unit(self, where: str, channel_id: str, unit: str, *, volts: bool) -> str | None:

@@ -27,37 +27,18 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from gsapp.decoding.grid import BoolArray, Grid, GridRows, Numbers, RowBatch, column_index
+from gsapp.decoding.row_plan import RowPlan, plan_rows
 from gsapp.decoding.settings import DECODING
 from gsapp.quantities import FloatArray
 
 _FULL_TURN = 2.0 * math.pi
 _FEW_ROWS = 20  # are quicker on a sheet
 _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
-
-
-class _Plan(NamedTuple):
-    """Successive rows to be laid: each between two samples, or on one, given by their places."""
-
-    first: int  # The first row.
-    before: list[int]
-    after: list[int]
-    """Samples before and after each row; the same twice where the row stands on it."""
-    weights: list[float]  # Share of the sample after.
-    gaps: list[int]
-    silent: list[int]
-    """Rows, counted from the first, that lie in a gap; that lie in a silence."""
-
-    def silence(self) -> BoolArray | None:
-        if not self.silent:
-            return None
-        flags = np.zeros(len(self.after), dtype=bool)
-        flags[self.silent] = True
-        return flags
+_MANY_SAMPLES = 50  # are quicker all at once
 
 
 class Gridder:
@@ -91,6 +72,7 @@ class Gridder:
         self.reordered = 0
         self.samples = 0
         self.gaps = 0
+        self._gap_time = 0
         self.missing = [0] * circular.size
         self.last: int | None = None
         self.first: tuple[int, int] | None = None
@@ -116,6 +98,14 @@ class Gridder:
         return ordered[(len(ordered) - 1) // 2] if ordered else DECODING.unknown_period
 
     @property
+    def rate(self) -> float | None:
+        """Return how many samples came in a second, gaps left out, Hz; None where no two did."""
+        count = self.samples - 1 - self.gaps
+        if self.first is None or self.last is None or count < 1:
+            return None
+        return 1e6 * count / (self.last - self.first[0] - self._gap_time)
+
+    @property
     def silence_timeout(self) -> int:
         """Return after what silence another source counts, us."""
         return max(self._fallback, self.period * 5 // 2)
@@ -126,7 +116,8 @@ class Gridder:
         Beside the flight time of each sample (us) stands the latest flight time of any message when
         it came. Usually the rows are one piece, or none; more where a long pause parts them.
         """
-        plans, place, passed_over = self._plan(times, nows)
+        many = len(times) >= _MANY_SAMPLES
+        plans, place, passed_over = (self._plan_many if many else self._plan)(times, nows)
         if not place:
             return []
         missing = np.isnan(values)
@@ -137,7 +128,7 @@ class Gridder:
         known = np.empty((len(values) + 1, values.shape[1]))
         known[0], known[1:] = self._value, values
         self._value = known[place].tolist()
-        return [self._laid(each, known) for each in plans if each.after]
+        return [self._laid(each, known) for each in plans if len(each.after)]
 
     def feed_few(
         self,
@@ -163,11 +154,44 @@ class Gridder:
                         self.missing[column] += math.isnan(number)
         known = (self._value, *samples)
         self._value = known[place]
-        return [self._put(each, known, sheet) for each in plans if each.after]
+        return [self._put(each, known, sheet) for each in plans if len(each.after)]
+
+    def _plan_many(
+        self, times: Sequence[int], nows: Sequence[int]
+    ) -> tuple[list[RowPlan], int, list[int]]:
+        """Do what `_plan` does, for many samples."""
+        found = plan_rows(
+            self._grid,
+            times,
+            nows,
+            last=self.last,
+            intervals=self._intervals,
+            fallback=self._fallback,
+        )
+        if found is None:
+            return self._plan(times, nows)
+        kept = found.kept
+        self.duplicates += found.repeated
+        self.reordered += len(times) - kept.size - found.repeated
+        if not kept.size:
+            return [], 0, []
+        if self.last is None:
+            self.first = (times[0], max(times[0], nows[0]))
+            self.begin = self._grid.row_at_or_after(times[0])
+        self.samples += kept.size
+        self.gaps += found.gaps
+        self._gap_time += found.gap_time
+        self.last = times[int(kept[-1])]
+        self._next = found.next_row
+        self._intervals += found.intervals[-DECODING.period_window :].tolist()
+        self._least = min(self._intervals, default=0)
+        passed_over = np.ones(len(times), dtype=bool)
+        passed_over[kept] = False
+        return found.plans, int(kept[-1]) + 1, (np.flatnonzero(passed_over) + 1).tolist()
 
     def _plan(  # noqa: C901 - the hot loop stays in one piece
         self, times: Sequence[int], nows: Sequence[int]
-    ) -> tuple[list[_Plan], int, list[int]]:
+    ) -> tuple[list[RowPlan], int, list[int]]:
         """Plan the rows that samples complete; return them, the last sample that counts, others.
 
         Place 0 is the last sample before these, if there is one; place 1 the first of these.
@@ -177,9 +201,8 @@ class Gridder:
         place, last, least = 0, self.last, self._least
         at = 0 if last is None else last * numerator
         row = self._next
-        plan = _Plan(row, [], [], [], [], [])
-        plans = [plan]
-        _, befores, afters, weights, gaps, silents = plan
+        befores, afters, weights, gaps, silents = _no_rows()
+        plans = [RowPlan(row, befores, afters, weights, gaps, silents)]
         passed_over = []
         index = 0
         for time, now in zip(times, nows, strict=True):
@@ -211,9 +234,8 @@ class Gridder:
             if last is None or at - before > self._longest:
                 # Rows begin, or go on after a pause too long to be filled.
                 row = -(-at // step)
-                plan = _Plan(row, [], [], [], [], [])
-                plans.append(plan)
-                _, befores, afters, weights, gaps, silents = plan
+                befores, afters, weights, gaps, silents = _no_rows()
+                plans.append(RowPlan(row, befores, afters, weights, gaps, silents))
             between, position, start = at - before, row * step - before, len(afters)
             if between - position > _FEW_BETWEEN * step:
                 weights += [each / between for each in range(position, between, step)]
@@ -257,17 +279,19 @@ class Gridder:
             self._least = min(self._intervals)
         usual = self.period if len(self._intervals) > 1 else DECODING.unknown_period
         gap = 2 * interval > 5 * usual
-        self.gaps += gap
+        if gap:
+            self.gaps += 1
+            self._gap_time += interval
         return gap
 
-    def _laid(self, plan: _Plan, known: FloatArray) -> GridRows:
+    def _laid(self, plan: RowPlan, known: FloatArray) -> GridRows:
         result = self._between(plan, known)
         if self._angles:
             angles = result[:, self._circular]
             result[:, self._circular] = angles - _FULL_TURN * np.ceil(angles / _FULL_TURN - 0.5)
         return GridRows(plan.first, result, plan.silence())
 
-    def _between(self, plan: _Plan, known: FloatArray) -> FloatArray:
+    def _between(self, plan: RowPlan, known: FloatArray) -> FloatArray:
         """Return values of planned rows. On a sample both ends are that sample."""
         start, stop = known.take(plan.before, axis=0), known.take(plan.after, axis=0)
         share = np.array(plan.weights)[:, np.newaxis]
@@ -283,7 +307,7 @@ class Gridder:
             values[plan.gaps] = np.nan
         return values
 
-    def _put(self, plan: _Plan, known: Sequence[Numbers], sheet: RowBatch) -> GridRows:
+    def _put(self, plan: RowPlan, known: Sequence[Numbers], sheet: RowBatch) -> GridRows:
         """Put planned rows on a sheet, unless they are many."""
         count, width = len(plan.after), len(known[0])
         if count > _FEW_ROWS:
@@ -315,6 +339,10 @@ class Gridder:
                 stops[place], shares[place] = starts[place], 1.0
 
 
+def _no_rows() -> tuple[list[int], list[int], list[float], list[int], list[int]]:
+    return [], [], [], [], []
+
+
 def _interpolate_angle(start: float, stop: float, share: float) -> float:
     """Return an angle between two, the shorter way round, from -pi to pi.
 
@@ -338,7 +366,8 @@ _FOREVER = 2**62
 class SourceSelector:
     """Chooses among sources of the same `width` channels, the better first.
 
-    Their rows go to `push`. A source has `fallback` us for its first sample.
+    Their rows go to `push`. A source has `fallback` us for its first sample. `laid` counts the rows
+    that came from each.
     """
 
     def __init__(self, grid: Grid, sources: Sequence[Gridder], width: int, fallback: int) -> None:
@@ -352,6 +381,7 @@ class SourceSelector:
         self._begun = False
         # By source, once it spoke: its first row, and whether it was given up before.
         self._first_rows: dict[int, tuple[int, bool]] = {}
+        self.laid = [0] * len(self._sources)
 
     @property
     def pending_count(self) -> int:
@@ -410,10 +440,11 @@ class SourceSelector:
                     limit = min(limit, row + _leading_false_count(~silent[offset:]))
                     continue
                 limit = min(limit, settled)
-                if silent is None and not offset and piece.end <= limit:
-                    return piece, piece.end
                 end = piece.end if silent is None else row + _leading_false_count(silent[offset:])
                 end = min(end, limit)
+                self.laid[number] += end - row
+                if silent is None and not offset and end == piece.end:
+                    return piece, end
                 return piece.slice_rows(row, end), end
             if rows:
                 # A pause too long to be filled.

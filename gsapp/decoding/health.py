@@ -7,7 +7,7 @@ itself: a duplicate is not a loss, and a frame that comes late takes its loss ba
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -137,11 +137,18 @@ class _Rate:
     start: int
     count: int = 0
     value: float = 0.0
+    spans: deque[float] = field(default_factory=lambda: deque(maxlen=DECODING.usual_spans))
+
+    @property
+    def usual(self) -> float:
+        """Return the median of the rates of late: neither a burst nor a silence counts."""
+        return sorted(self.spans)[len(self.spans) // 2] if self.spans else self.value
 
     def close(self, stamp: int) -> None:
         """Take the rate of the span at hand, and begin another."""
         elapsed = stamp - self.start
         self.value = self.count * 1e6 / elapsed if elapsed > 0 else 0.0
+        self.spans.append(self.value)
         self.start, self.count = stamp, 0
 
     def at(self, stamp: int, last: int) -> float:
@@ -186,6 +193,15 @@ class _Message:
 
 
 @dataclass(slots=True)
+class _Silence:
+    """Frames lost in a silence so long that their numbers may have started over."""
+
+    gap: int  # Of the numbers, as they are sent: less than 256.
+    lost: int  # As taken for lost by the time that passed here.
+    rate: float  # Of the sender before.
+
+
+@dataclass(slots=True)
 class _Sender:
     last: int
     rate: _Rate
@@ -194,6 +210,9 @@ class _Sender:
     missing: set[int] = field(default_factory=set)
     messages: dict[int, _Message] = field(default_factory=dict)
     boot: _ClockOffset | None = None
+    boot_time: int | None = None  # its latest stamp since it was switched on, us
+    since_boot_time: int = 0  # frames that came since
+    silence: _Silence | None = None
     good: int = 0
     unknown: int = 0
     lost: int = 0
@@ -363,6 +382,7 @@ class LinkHealth:
         elif not self._resolve_gap(sender, stamp, sequence, gap, data):
             return
         sender.recent[sequence] = data
+        sender.since_boot_time += 1
         if sender.span >= DECODING.mixed_frames:
             sender.uncounted = sender.repeats > DECODING.uncounted_share * sender.span
             sender.mixed = (
@@ -408,11 +428,13 @@ class LinkHealth:
     ) -> bool:
         """Settle a sequence number other than the next; return False for a duplicate."""
         silent = (stamp - sender.last) / 1e6
-        usual = sender.rate.value * silent
-        if usual >= DECODING.sequence_window / 2 and not sender.uncounted:
+        rate = sender.rate.usual
+        if rate * silent >= DECODING.sequence_window / 2 and not sender.uncounted:
             # Silent for so long that the counter may have gone round: the rate tells how often.
             sender.missing.clear()
-            gap += 256 * max(0, round((usual - gap) / 256))
+            lost = _complete_gap(gap, rate * silent)
+            sender.silence = _Silence(gap, lost, rate)
+            gap = lost
             sender.lost += gap
         elif gap >= 256 - DECODING.sequence_window:
             return self._behind(sender, sequence, 256 - gap, data)
@@ -561,6 +583,25 @@ class LinkHealth:
         return sorted(often - whole)
 
 
+def _complete_gap(gap: int, expected: float) -> int:
+    """Return how many frames were lost, of which numbers tell but the last byte."""
+    return gap + 256 * max(0, round((expected - gap) / 256))
+
+
+def _tell_time(sender: _Sender, time: int) -> None:
+    """Correct what was lost in a silence by the sender's own clock: a link may have kept it back.
+
+    `time` is a stamp of the sender, us since it was switched on.
+    """
+    silence, before = sender.silence, sender.boot_time
+    if silence is not None:
+        sender.silence = None
+        if before is not None and time - before > 0:
+            expected = silence.rate * (time - before) / 1e6 - sender.since_boot_time
+            sender.lost += _complete_gap(silence.gap, expected) - silence.lost
+    sender.boot_time, sender.since_boot_time = time, 0
+
+
 def _count_event(rate: _Rate, stamp: int) -> None:
     rate.count += 1
     if not 0 <= stamp - rate.start < DECODING.rate_span:
@@ -609,5 +650,7 @@ def _measure_delay(
         offset = _ClockOffset(stamp, difference, difference)
         if place.since_boot:
             sender.boot = offset
+    if place.since_boot:
+        _tell_time(sender, time * place.microseconds)
     message.offset = offset
     message.delay = offset.update(stamp, difference)

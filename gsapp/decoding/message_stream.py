@@ -52,6 +52,12 @@ def field_values(columns: MessageColumns, ref: FieldRef) -> FloatArray:
     return np.ascontiguousarray(columns[ref.field][:, ref.index], dtype=np.float64)
 
 
+def is_valid(flags: FloatArray, least: float | None) -> BoolArray:
+    """Return which values count by the numbers of `MapEntry.valid`, shape (n,)."""
+    found: BoolArray = flags != 0.0 if least is None else ~(flags < least)
+    return found
+
+
 def linear_factors(entry: MapEntry) -> tuple[float, float]:
     """Return factor and offset from the raw number to SI, to the signal where it is calibrated."""
     if entry.calibration is not None:
@@ -331,8 +337,8 @@ class MessageStream:
             for place, missing in self._missing:
                 if numbers[place] in missing:
                     values[place] = math.nan
-            for place, flag in self._flags:
-                if numbers[flag] == 0.0:
+            for place, flag, least in self._flags:
+                if numbers[flag] == 0.0 if least is None else numbers[flag] < least:
                     values[place] = math.nan
             outside: Sequence[int] = ()
             if self._calibrations is not None:
@@ -383,8 +389,8 @@ class MessageStream:
             if unknown.any():
                 rows, found = np.nonzero(unknown)
                 raw[rows, self._missing_places[found]] = np.nan
-        for place, flag in self._valid:
-            raw[field_values(columns, flag) == 0.0, place] = np.nan
+        for place, flag, least in self._valid:
+            raw[~is_valid(field_values(columns, flag), least), place] = np.nan
         return raw
 
     def _count(self, column: int, clipped: int) -> None:
@@ -408,13 +414,13 @@ class MessageStream:
         """Gather where the raw numbers come from; elements of an array are fetched together."""
         wanted = [output.entry.inputs[0] for output in self.outputs]
         self._conversions: list[tuple[int, Conversion, range]] = []
-        self._flags: list[tuple[int, int]] = []
+        self._flags: list[tuple[int, int, float | None]] = []
         self._missing: list[tuple[int, frozenset[float]]] = []
         gathered: dict[str, tuple[list[int], list[int]]] = {}
         self._singles: list[tuple[int, str]] = []
         self._converted: list[tuple[int, Conversion, tuple[FieldRef, ...]]] = []
         missing: list[tuple[int, float]] = []
-        self._valid: list[tuple[int, FieldRef]] = []
+        self._valid: list[tuple[int, FieldRef, float | None]] = []
         for place, output in enumerate(self.outputs):
             entry = output.entry
             ref = entry.inputs[0]
@@ -435,9 +441,9 @@ class MessageStream:
                 missing += [(place, value) for value in entry.missing]
                 self._missing.append((place, frozenset(entry.missing)))
             if entry.valid:
-                self._flags.append((place, len(wanted)))
+                self._flags.append((place, len(wanted), entry.valid_from))
                 wanted.append(FieldRef(field=entry.valid))
-                self._valid.append((place, FieldRef(field=entry.valid)))
+                self._valid.append((place, FieldRef(field=entry.valid), entry.valid_from))
         self._arrays = [
             (name, np.array(elements, dtype=np.intp), column_index(places))
             for name, (elements, places) in gathered.items()

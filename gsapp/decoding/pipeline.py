@@ -47,9 +47,9 @@ class ChannelSource:
     """Whether its samples carry the vehicle's time. Those timed by arrival stay out of
     identification unless asked for."""
     samples: int | None = None
-    """How many arrived, before the grid: of the source that gave most, or of the input of a derived
-    channel that gave least. None where nobody counted."""
-    rate: float | None = None  # Their rate, Hz: one over the median period of late.
+    """How many arrived, before the grid: of the source that most rows are from, or of the input of
+    a derived channel that gave least. None where nobody counted."""
+    rate: float | None = None  # Their mean rate, Hz, gaps left out.
     gaps: int | None = None  # How often they were further apart than the grid bridges.
 
 
@@ -218,6 +218,7 @@ class Pipeline:
         self._merged: list[list[tuple[SourceSelector, int, ColumnIndex]]] = [
             [] for _ in self.streams
         ]
+        self._selectors: dict[str, SourceSelector] = {}
         self._inputs: dict[str, tuple[str, ...]] = {}
         self._slow: dict[str, SlowInput] = {}
         self._slow_feeds: list[list[tuple[SlowInput, int, int]]] = [[] for _ in self.streams]
@@ -370,16 +371,19 @@ class Pipeline:
         return Block(channels=tuple(samples), times=union / 1e6, values=block)
 
     def _counted(self, name: str, source: ChannelSource) -> ChannelSource:
-        samples, gridder = max(
-            (
-                (gridder.samples - gridder.missing[column], gridder)
-                for number, column in self._candidates[name]
-                for gridder in (self._gridders[number],)
-            ),
-            key=lambda each: each[0],
+        places = self._candidates[name]
+        selector = self._selectors.get(name)
+        used = 0 if selector is None else max(range(len(places)), key=selector.laid.__getitem__)
+        number, column = places[used]
+        gridder = self._gridders[number]
+        samples = gridder.samples - gridder.missing[column]
+        rate = gridder.rate
+        return replace(
+            source,
+            samples=samples,
+            rate=None if rate is None else round(rate, 3),
+            gaps=gridder.gaps,
         )
-        rate = round(1e6 / gridder.period, 3) if samples > 1 else None
-        return replace(source, samples=samples, rate=rate, gaps=gridder.gaps)
 
     def _find_candidates(self) -> dict[str, list[tuple[int, int]]]:
         """Return (stream, column) of every source of every channel, the better first."""
@@ -424,6 +428,7 @@ class Pipeline:
                 self._fallback,
             )
             self._mergers.append((merger, group))
+            self._selectors |= dict.fromkeys(names, merger)
             for source, number in enumerate(numbers):
                 columns = [self._candidates[name][source][1] for name in names]
                 self._merged[number].append((merger, source, column_index(columns)))

@@ -40,6 +40,7 @@ class DecodingSettings:
     sequence_window: int = 128  # Frames this far behind the newest are late or doubled.
     max_sequence_step: int = 16  # Larger steps do not belong to one sequence.
     rate_span: int = 2_000_000  # Time over which a rate is counted.
+    usual_spans: int = 15  # So many of the last rates tell the usual one.
     offset_span: int = 60_000_000  # Time over which the least delay is taken.
     mixed_frames: int = 200  # Frames after which it is judged whether two share an id ...
     mixed_share: float = 0.25  # ... by the share of frames out of sequence, or ...

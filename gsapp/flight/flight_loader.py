@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
@@ -32,7 +31,13 @@ from gsapp.flight.readers.columns import (
     read_flight_csv,
 )
 from gsapp.flight.readers.dataflash import read_dataflash
-from gsapp.flight.readers.log_mapping import ForeignLog, clipped_remarks, map_log, resample_to_grid
+from gsapp.flight.readers.log_mapping import (
+    clipped_remarks,
+    map_log,
+    resample_to_grid,
+    vehicle_remarks,
+)
+from gsapp.flight.readers.log_tables import ForeignLog
 from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns, read_table
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.settings import FLIGHT_DATA
@@ -56,6 +61,13 @@ _FORMATS = {
 _HEARTBEAT = 0
 _AUTOPILOT = 5  # place in the payload of HEARTBEAT
 _MAP_OF_AUTOPILOT = {3: "ardupilot-plane", 12: "px4"}
+_NO_AIRPLANES = frozenset(
+    {
+        "quadrotor", "coaxial", "helicopter", "hexarotor", "octorotor", "tricopter", "dodecarotor",
+        "decarotor", "ground rover", "surface boat", "submarine",
+    }
+)  # fmt: skip
+"""MAV_TYPE in words."""
 _ARRAY = 350
 _ARRAY_NAME = 10  # place in the payload of DEBUG_FLOAT_ARRAY
 
@@ -294,12 +306,7 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
         return _decode_tlog(path, setting)
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
-        # All of a .bin: what old logs call IMU2 is what maps call IMU[1].
-        log = (
-            read_ulog(path, _topics(setting.with_raw(channel_map)))
-            if ending == ".ulg"
-            else read_dataflash(path)
-        )
+        log = read_ulog(path) if ending == ".ulg" else read_dataflash(path)
         return _decode_log(log, channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
@@ -322,12 +329,6 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
             "were calibrated when it was written; give the flight folder with the raw record"
         )
     return _decode_columns(path, columns, setting)
-
-
-def _topics(channel_map: ChannelMap) -> Collection[str] | None:
-    """Return the topics that a map takes from a log; None for all."""
-    raw = {re.sub(r"\[\w+\]$", "", pattern.partition(".")[0]) for pattern in channel_map.raw}
-    return None if any("*" in one for one in raw) else {*channel_map.messages, *raw}
 
 
 def _check_map_format(path: Path, channel_map: ChannelMap, wanted: str) -> None:
@@ -459,7 +460,9 @@ def _decode_records(
         block = decoder.native_samples()
     else:
         block = combine_on_grid(blocks(), decoder.rate)
-    health = decoder.health
+    health, report = decoder.health, decoder.health.report()
+    vehicle = "" if report.flown is None else report.flown.vehicle_type
+    vehicle = vehicle if vehicle in _NO_AIRPLANES else ""
     counted = decoder.counted_sources()
     return DecodedFlight(
         block=block,
@@ -480,7 +483,10 @@ def _decode_records(
             *parameter_events(decoder.parameters),
         ),
         remarks=(
-            *health.report().warnings,
+            *report.warnings,
+            *vehicle_remarks(
+                vehicle if vehicle in _NO_AIRPLANES else "", channel_map, block.channels
+            ),
             *decoder.remarks,
             *clipped_remarks(decoder.clipped),
         ),

@@ -37,6 +37,11 @@ class FlightDataSettings:
     max_idle_rows: float = 8.0  # Rows of a file from sample to sample of its quickest channel.
     max_clock_jump: float = 1.0  # Seconds by which a stamp may be off its neighbors ...
     clock_neighbors: int = 5  # ... so many of which tell where it should be.
+    max_stamp_offset: float = 10.0
+    """Seconds by which a stamp may be off those of other messages beside it in a log: slow
+    messages are stamped when they were sent last."""
+    max_pause: float = 3600.0  # s: no single sample is taken so long before or after all others.
+    clock_window: int = 15  # Records beside one another, most of which tell the board's time.
 
     # Resampling and filtering.
     max_gap_periods: float = 2.5  # Sample periods: a longer spacing is a gap.

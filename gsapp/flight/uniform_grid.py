@@ -19,9 +19,15 @@ def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
 
     Increasing by one, but for pauses longer than `FLIGHT_DATA.max_filled_gap`.
     """
-    found = np.unique(present)
-    if not found.size:
-        return found
+    if not present.size:
+        return present
+    first, last = int(present.min()), int(present.max())
+    if last - first <= 4 * present.size:
+        flags = np.zeros(last - first + 1, dtype=bool)
+        flags[present - first] = True
+        found = np.flatnonzero(flags) + first
+    else:
+        found = np.unique(present)
     cuts = np.flatnonzero(np.diff(found) > FLIGHT_DATA.max_filled_gap * rate)
     firsts = found[np.concatenate(([0], cuts + 1))]
     lasts = found[np.concatenate((cuts, [found.size - 1]))]

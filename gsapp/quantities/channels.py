@@ -194,6 +194,8 @@ def _table() -> list[ChannelSpec]:
           ("cpu_load", "cpu", "Load of the on-board computer", "0 idle, 1 full"))
     group("Health", "count", "", "", 0.0, 99.0, 1.0,
           ("gps_satellites", "sats", "Satellites", "Used in the position"))
+    group("Health", "ratio", "", "", 0.0, 99.99, 0.01,
+          ("gps_hdop", "HDOP", "Horizontal dilution of precision", "Below 2 good"))
     group("Health", "temperature", "degC", "degF", 200.0, 400.0, 1.0,
           ("box_temperature", "T_box", "Temperature in the box", "Of the on-board computer"))
     for instrument in INSTRUMENTS:

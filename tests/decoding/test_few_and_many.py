@@ -195,6 +195,51 @@ def test_rows_are_laid_alike(
     assert gridders[0].gaps == gridders[1].gaps
 
 
+@given(
+    seed=st.integers(0, 2**32),
+    rate=st.sampled_from((100.0, 12.5, 33.3)),
+    start=st.sampled_from((0, 1_234_567, 1_710_773_350_000_001)),
+    cut=st.integers(0, 400),
+)
+@settings(max_examples=12, deadline=None)
+def test_many_samples_at_once_give_the_rows_of_one_by_one(
+    seed: int, rate: float, start: int, cut: int
+) -> None:
+    """Steps as of a real link: even, with jitter, gaps, pauses, repeated and late samples."""
+    generator = random.Random(seed)
+    usual = generator.choice((2_500, 5_000, 20_000, 170_000))
+    steps = [
+        generator.choice((usual, usual, usual, usual + generator.randint(-999, 999)))
+        if generator.random() < 0.9
+        else generator.choice((0, -usual, 3 * usual, 3_000_000, 70_000_000))
+        for _ in range(400)
+    ]
+    times = (start + np.cumsum(steps)).tolist()
+    nows = [time + generator.choice((0, 0, 400_000, 5_000_000)) for time in times]
+    values = np.array([[generator.uniform(-3.0, 3.0) for _ in range(3)] for _ in times])
+    flags = np.array([False, True, False]), np.array([False, False, True])
+    one, many = (Gridder(Grid(rate), circular=flags[0], stepwise=flags[1]) for _ in range(2))
+    found: list[list[GridRows]] = [[], []]
+    for place in range(len(times)):
+        part = slice(place, place + 1)
+        found[0] += one.feed(times[part], nows[part], values[part])
+    for part in (slice(0, cut), slice(cut, None)):
+        if times[part]:
+            found[1] += many.feed(times[part], nows[part], values[part])
+    table = [
+        [
+            (rows.first + k, row.tobytes(), rows.silent is not None and bool(rows.silent[k]))
+            for rows in each
+            for k, row in enumerate(rows.values)
+        ]
+        for each in found
+    ]
+    assert table[0] == table[1]
+    for name in ("gaps", "samples", "duplicates", "reordered", "missing", "last", "first", "begin"):
+        assert getattr(one, name) == getattr(many, name), name
+    assert (one.period, one.rate) == (many.period, many.rate)
+
+
 def table_map(names: Sequence[str]) -> ChannelMap:
     entries = [
         MapEntry(

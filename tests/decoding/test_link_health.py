@@ -101,6 +101,30 @@ def test_two_paths_with_loss_on_each_count_only_what_neither_brought() -> None:
     assert report.warnings == ()
 
 
+def test_a_burst_before_a_silence_does_not_count_as_lost() -> None:
+    """Twenty seconds at 100 Hz, four at 300 Hz, then 1,200 frames are lost in 12 s."""
+    usual = [(START + 10_000 * number, "frame", attitude(number)) for number in range(2000)]
+    burst = [
+        (START + 20_000_000 + 3_333 * k, "frame", attitude(2000 + k, boot_ms=20_000 + 10 * k // 3))
+        for k in range(1260)
+    ]
+    after = [
+        (START + 36_200_000 + 10_000 * k, "frame", attitude(4460 + k, boot_ms=36_200 + 10 * k))
+        for k in range(300)
+    ]
+    assert fed(usual, burst, after).lost == 1200
+
+
+def test_what_a_link_kept_back_is_not_lost() -> None:
+    """Six seconds of frames come all at once; three of them are missing."""
+    whole = [attitude(number) for number in range(2000) if number not in (700, 701, 702)]
+    times = [
+        START + 10_000 * k if k < 700 or k >= 1300 else START + 13_000_000 for k in range(1997)
+    ]
+    frames = [(time, "frame", data) for time, data in zip(times, whole, strict=True)]
+    assert fed(frames).lost == 3
+
+
 def test_a_long_silence_counts_the_rounds_of_the_sequence() -> None:
     before = records([attitude(number) for number in range(500)])
     after = [

@@ -124,6 +124,80 @@ def test_every_value_is_that_of_pymavlink(bin_file):
     theirs.close()
 
 
+OLD_GPS = "Status,TimeMS,Week,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs,VZ,T"
+WEEK_MS = 220_000_000
+
+
+def old_log(seconds=60, fixed_after=10):
+    """Return a log as ArduPilot 3.1 writes it: GPS with the time of week, texts without a time."""
+    log = BinWriter()
+    log.define("MSG", "Z", "Message")
+    log.define("IMU", "Iffffff", "TimeMS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    log.define("GPS", "BIHBcLLeeEefI", OLD_GPS)
+    log.define("STRT", "IB", "TimeMS,I")
+    log.write("MSG", b"ArduPlane V3.1.2")
+    for k in range(seconds * 50):
+        now = 70_000 + 20 * k
+        log.write("IMU", now, 0.01, 0.02, 0.03, 0.1, 0.2, -9.8)
+        if k % 10 == 0:
+            fix = k >= 50 * fixed_after
+            place = (428_528_940, -26_456_880) if fix else (374_000_000, -1_220_800_000)
+            week = (WEEK_MS + 20 * k, 1821) if fix else (0, 0)
+            log.write("GPS", 3 if fix else 1, *week, 9 if fix else 0, 120, *place, 0, 0, 1500, 0, 0,
+                      now + 3)  # fmt: skip
+        if k == 25 * seconds:
+            log.write("MSG", b"half time")
+            log.write("STRT", 3_999_999_999, 1)
+    return bytes(log.data)
+
+
+def test_gps_stamped_with_the_time_of_week_is_timed_by_its_order(tmp_path):
+    """The flight lasts what it lasted, and every position is within one record of its moment."""
+    path = tmp_path / "old.bin"
+    path.write_bytes(old_log())
+    flight = load_flight(path)
+    assert flight.duration == pytest.approx(60.0, abs=0.05)
+    assert [event.time for event in flight.events] == pytest.approx([70.0, 100.0], abs=0.02)
+    assert [remark for remark in flight.remarks if "GPS" in remark] == [
+        "GPS has no stamp of the vehicle's clock: timed by its order in the log"
+    ]
+    assert flight.sources["ground_speed"].timing == "arrival"
+    assert flight.sources["p"].timing == "vehicle"
+    # Ten seconds without a fix, the receiver's factory in place of its own.
+    latitude = np.rad2deg(flight.block["latitude"])
+    assert np.nanmin(latitude) == pytest.approx(42.852894)
+    assert flight.block.times[~np.isnan(latitude)].min() == pytest.approx(80.0, abs=0.05)
+    assert flight.sources["latitude"].samples == 250
+    assert flight.sources["latitude"].rate == pytest.approx(5.0, rel=0.01)
+    assert np.nanmin(flight.block["gps_satellites"]) == 0.0
+    assert np.nanmax(flight.block["gps_hdop"]) == pytest.approx(1.2)
+    log = read_dataflash(path)
+    gps = log.tables["GPS", ""]
+    assert gps.times == pytest.approx(gps.fields["T"] / 1000.0, abs=0.02)
+    assert log.tables["STRT", ""].times.size == 0
+    assert "1 sample of STRT" in log.tables["STRT", ""].remark
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("ArduPlane V4.5.7", ""), ("ArduCopter V3.3", "copter"), ("APM:Copter V3.3-dev", "copter")],
+)
+def test_a_map_for_airplanes_on_another_vehicle_is_told(tmp_path, text, said):
+    log = BinWriter()
+    log.define("MSG", "QZ", "TimeUS,Message")
+    log.define("IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ")
+    log.define("RCOU", "QHHH", "TimeUS,C1,C2,C4")
+    log.write("MSG", 1_000_000, text.encode())
+    for k in range(50):
+        log.write("IMU", 1_000_000 + 20_000 * k, 0.1, 0.2, 0.3)
+        log.write("RCOU", 1_000_000 + 20_000 * k, 1500, 1500, 1500)
+    path = tmp_path / "x.bin"
+    path.write_bytes(log.data)
+    found = [one for one in load_flight(path).remarks if "no control surfaces" in one]
+    assert len(found) == bool(said)
+    assert not said or (f"a record of a {said}," in found[0] and "de_command" in found[0])
+
+
 def test_units_and_multipliers_of_the_log(bin_file):
     log = read_dataflash(bin_file)
     assert log.tables["IMU", "0"].units["GyrX"] == "rad/s"
@@ -249,7 +323,8 @@ def test_a_flipped_time_stamp_is_left_out(decoded):
     for table in log.tables.values():
         assert np.all(np.diff(table.times) > 0)
         assert table.times.max() < 10.0
-    assert any("impossible times" in remark for remark in log.remarks)
+    assert log.tables["IMU", "0"].remark.endswith("4 samples of IMU[0]")
+    assert log.tables["ATT", ""].remark == ""
 
 
 @pytest.mark.parametrize("content", [b"", b"hello, this is text\n" * 20, bytes(500)])

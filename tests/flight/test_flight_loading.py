@@ -260,7 +260,6 @@ def test_real_px4_log_agrees_with_pyulog(shared_data):
 
 @pytest.mark.parametrize("cut", [0.99, 0.5, 0.02])
 def test_torn_px4_log_opens_as_far_as_it_is_good(tmp_path, shared_data, cut):
-    pytest.importorskip("pyulog")
     data = (shared_data / F16).read_bytes()
     path = tmp_path / "t.ulg"
     path.write_bytes(data[: int(len(data) * cut)])
@@ -273,7 +272,6 @@ def test_torn_px4_log_opens_as_far_as_it_is_good(tmp_path, shared_data, cut):
 
 
 def test_files_that_are_no_ulog(tmp_path):
-    pytest.importorskip("pyulog")
     path = tmp_path / "x.ulg"
     path.write_bytes(b"hello")
     with pytest.raises(FlightError, match="PX4"):

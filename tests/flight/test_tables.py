@@ -122,7 +122,7 @@ def test_unknown_format_and_units(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["h5py", "pyarrow", "pyulog"])
+@pytest.mark.parametrize("name", ["h5py", "pyarrow"])
 def test_extras_that_are_not_installed(tmp_path, monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
     if name == "h5py":
@@ -130,16 +130,12 @@ def test_extras_that_are_not_installed(tmp_path, monkeypatch, name):
         (tmp_path / "g.mat").write_bytes(head + b"\x89HDF\r\n\x1a\n")
         with pytest.raises(FlightError, match=r"version 7\.3.*pip install .*mat73.*-v7"):
             load_flight(tmp_path / "g.mat")
-    elif name == "pyarrow":
+    else:
         with pytest.raises(FlightError, match=r"pip install .*parquet"):
             write_block(tmp_path / "f.parquet", sample_block(), "parquet")
         (tmp_path / "g.parquet").write_bytes(b"PAR1")
         with pytest.raises(FlightError, match=r"pip install .*parquet"):
             load_flight(tmp_path / "g.parquet")
-    else:
-        (tmp_path / "g.ulg").write_bytes(b"ULog\x01\x12\x35" + bytes(20))
-        with pytest.raises(FlightError, match=r"pip install .*ulog"):
-            load_flight(tmp_path / "g.ulg")
 
 
 def test_strangers_csv(tmp_path):
@@ -448,3 +444,21 @@ def test_a_structure_that_lacks_a_column_says_which(tmp_path):
     savemat(path, {"el_1": {"time": np.arange(9.0), "q": np.arange(9.0)}})
     with pytest.raises(FileProblemsError, match=r"imu\.V: is no column of this file"):
         load_flight(path, channel_map=make_map(tmp_path, q="q", v="imu.V"))
+
+
+@pytest.mark.parametrize(("row", "stamp"), [(0, -1e6), (50, 1e6), (50, 0.9), (99, 1e6)])
+def test_one_time_that_cannot_be_is_set_aside_and_counted(tmp_path, row, stamp):
+    """The other rows keep their moments, and the flight its length."""
+    times = 0.1 * np.arange(100)
+    stated = times.copy()
+    stated[row] = stamp
+    path = tmp_path / "f.csv"
+    lines = [f"{time:.2f},{k}" for k, time in enumerate(stated)]
+    path.write_text("\n".join(["time [s],q [deg/s]", *lines]))
+    flight = load_flight(path)
+    assert flight.duration == pytest.approx(9.9, abs=0.11)
+    assert flight.remarks == ("skipped for impossible times: 1 row of f.csv",)
+    there = ~np.isnan(flight.block["q"])
+    kept = np.rad2deg(flight.block["q"][there])
+    assert kept == pytest.approx(np.delete(np.arange(100.0), row))
+    assert flight.block.times[there] == pytest.approx(np.delete(times, row))

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gsapp.flight import load_flight
-
-pytest.importorskip("pyulog")
+from gsapp.flight.readers.ulog import read_ulog
 
 ROWS = 200
 
@@ -69,6 +68,56 @@ def test_dropouts_are_told(tmp_path: Path, count: int, often: str) -> None:
     assert [often in one for one in flight.remarks] == [True]
 
 
+@pytest.mark.parametrize("stamp", [0, 5_000, 1_710_773_350_000_000])
+def test_a_topic_of_one_impossible_time_does_not_lengthen_the_flight(
+    tmp_path: Path, stamp: int
+) -> None:
+    """Neither where the clock counts from 1970 nor where it counts from switching on."""
+    start = 1_000_000 if stamp > 10**12 else 1_710_773_350_000_000
+    log = short_log(start=start)
+    at = log.rindex(message("D", struct.pack("<H", 1))[2:])
+    pressure = b"vehicle_air_data:uint64_t timestamp;float baro_pressure_pa;"
+    odd = message("F", pressure)
+    odd += message("A", struct.pack("<BH", 0, 9) + b"vehicle_air_data")
+    odd += message("D", struct.pack("<HQf", 9, stamp, 1e5))
+    flight = load_flight(written(tmp_path, log[: at - 2] + odd + log[at - 2 :]))
+    assert flight.duration == pytest.approx(0.01 * (ROWS - 1))
+    assert "static_pressure" not in flight.block
+    (remark,) = flight.remarks
+    assert remark.endswith("1 sample of vehicle_air_data[0]")
+
+
+def test_formats_inside_formats_and_texts_are_those_of_pyulog(tmp_path: Path) -> None:
+    pyulog = pytest.importorskip("pyulog")
+    log = short_log(instances=2)
+    first = log.index(message("A", struct.pack("<BH", 0, 0) + b"sensor_combined"))
+    log, rest = log[:first], log[first:]
+    log += message("F", b"esc_report:uint32_t esc_rpm;float[2] volts;uint8_t[4] _padding0;")
+    log += message("F", b"esc_status:uint64_t timestamp;esc_report[2] esc;uint8_t count;")
+    log += message("A", struct.pack("<BH", 0, 11) + b"esc_status")
+    log += rest
+    for k in range(5):
+        body = struct.pack("<HQ", 11, 2_500_000 + 1000 * k)
+        body += struct.pack("<I2f4x", 100 + k, 1, 2) + struct.pack("<I2f4x", 200 + k, 3, 4)
+        log += message("D", body + bytes([k]))
+    log += message("L", struct.pack("<BQ", 6, 2_504_000) + "späte Landung".encode())
+    path = written(tmp_path, log)
+    ours = read_ulog(path)
+    assert [(event.time, event.text) for event in ours.events] == [(2.504, "späte Landung")]
+    met = set()
+    for topic in pyulog.ULog(str(path)).data_list:
+        table = ours.tables[topic.name, str(topic.multi_id)]
+        np.testing.assert_array_equal(table.times, topic.data["timestamp"] * 1e-6)
+        for name, values in topic.data.items():
+            whole, _, index = name.rstrip("]").rpartition("[")
+            if name != "timestamp" and "_padding" not in name:
+                single = name in table.fields
+                mine = table.fields[name] if single else table.fields[whole][:, int(index)]
+                np.testing.assert_array_equal(mine, values)
+                met.add(name)
+    assert {"gyro_rad[2]", "q[3]", "esc[1].esc_rpm", "esc[0].volts[1]", "count"} <= met
+
+
 def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_path: Path) -> None:
     """One sample of gyros stamped an hour late; later on the length of another is overwritten.
 
@@ -79,7 +128,7 @@ def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_pa
     assert len(rows) == ROWS
     log[rows[50] + 5 : rows[50] + 13] = struct.pack("<Q", 3_600_000_000)
     flight = load_flight(written(tmp_path, bytes(log)))
-    told = "skipped for impossible times: 1 sample of sensor_combined[0]"
+    told = "skipped for impossible or repeated times: 1 sample of sensor_combined[0]"
     assert flight.remarks == (told,)
     assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
     log[rows[150] : rows[150] + 3] = b"\xff\xff\xff"

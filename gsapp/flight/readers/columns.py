@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsapp.flight.readers.board_clock import find_isolated_times
 from gsapp.flight.readers.delimited_table import read_delimited_table, single_problem
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step
@@ -260,31 +261,44 @@ def build_flight_from_columns(
         raise FileProblemsError(path, wrong)
     if not size:
         raise single_problem(path, names[place], "is empty", "export again")
-    block = _build_block(
+    return _build_flight(
         path,
         columns,
         lambda index: arrays[names[index]],
         lambda row: f"{names[place]}, sample {row + 1}",
     )
-    return ColumnFlight(block=block, columns=columns)
 
 
-def _build_block(
+def _build_flight(
     path: Path,
     columns: Sequence[FileColumn],
     samples: Callable[[int], FloatArray],
     where: Callable[[int], str],
-) -> Block:
+    remarks: Sequence[str] = (),
+) -> ColumnFlight:
     place = _time_index(columns)
     times = columns[place].to_si(samples(place))
-    check_times(path, times, where)
+    isolated = find_isolated_times(times)
+    lost = int(np.count_nonzero(isolated))
+    rows = np.flatnonzero(~isolated)
+    chosen = rows if lost else slice(None)
+    times = times[chosen]
+    check_times(path, times, lambda row: where(int(rows[row])))
     channels = [index for index in range(len(columns)) if index != place]
     # Column by column into the array that stays, so that a long flight is held only once more.
     values = np.empty((times.size, len(channels)))
     for target, index in enumerate(channels):
-        values[:, target] = columns[index].to_si(samples(index))
-    return Block(
-        channels=tuple(columns[index].id for index in channels), times=times, values=values
+        values[:, target] = columns[index].to_si(samples(index))[chosen]
+    counted = "1 row" if lost == 1 else f"{lost} rows"
+    return ColumnFlight(
+        block=Block(
+            channels=tuple(columns[index].id for index in channels), times=times, values=values
+        ),
+        columns=tuple(columns),
+        remarks=(
+            *remarks,
+            *([f"skipped for impossible times: {counted} of {path.name}"] if lost else []),
+        ),
     )
 
 
@@ -318,10 +332,10 @@ def read_flight_csv(path: Path | str) -> ColumnFlight:
     columns = parse_header(table.path, f"line {table.header_line}", table.names)
     values, lines = table.numbers()
     place = _time_index(columns)
-    block = _build_block(
+    return _build_flight(
         table.path,
         columns,
         lambda index: values[:, index],
         lambda row: f"line {lines[row]}, column {place + 1} ({table.names[place]})",
+        table.remarks,
     )
-    return ColumnFlight(block=block, columns=columns, remarks=table.remarks)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,10 +22,10 @@ import numpy.typing as npt
 from gsapp.decoding.flight_modes import ardupilot_mode
 from gsapp.flight.events import Event
 from gsapp.flight.parameter_events import parameter_events
+from gsapp.flight.readers.board_clock import BoardClock, IndexArray, MessageKey, RecordTimes
 from gsapp.flight.readers.dataflash_text import TEXT_LETTERS, is_text_log, scan_text
-from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_tables import ForeignLog, LazyFields, LogTable, gather_records
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
 
 _HEADER = b"\xa3\x95"
 _FMT = 128
@@ -100,6 +100,10 @@ class _Format:
         return whole if whole.itemsize == self.length else None
 
 
+_Records = dict[str, tuple[_Format, npt.NDArray[np.void], IndexArray]]
+"""Format, values, and where each stands in the file, by name of the message."""
+
+
 def read_dataflash(path: Path | str) -> ForeignLog:
     """Read an ArduPilot log: all messages that are measured; texts, modes and parameters as events.
 
@@ -122,9 +126,9 @@ def read_dataflash(path: Path | str) -> ForeignLog:
 
 def _read_text(file: Path, data: bytes) -> ForeignLog:
     messages, lost = scan_text(data)
-    records: dict[str, tuple[_Format, npt.NDArray[np.void]]] = {}
+    records: _Records = {}
     for name, message in messages.items():
-        rows, bad = message.rows()
+        rows, places = message.rows()
         form = _Format(
             type=message.type,
             length=0,
@@ -133,8 +137,8 @@ def _read_text(file: Path, data: bytes) -> ForeignLog:
             columns=message.columns,
             scaled=True,
         )
-        records[name] = form, rows
-        lost += bad
+        records[name] = form, rows, places
+        lost += len(message.lines) - places.size
     remarks = [f"{lost} lines of {file.name} were damaged and skipped"] if lost else []
     return _log_of(file, records, remarks)
 
@@ -146,9 +150,12 @@ def _read(file: Path, data: bytes) -> ForeignLog:
             f"{file} holds no format descriptions; not an ArduPilot log, or its start is "
             "missing; download it again, or name another file"
         )
-    octets = np.frombuffer(data, dtype=np.uint8)
     records = {
-        formats[kind].name: (formats[kind], _records(octets, dtype, places))
+        formats[kind].name: (
+            formats[kind],
+            gather_records(data, places, dtype),
+            np.array(places, dtype=np.int64),
+        )
         for kind, places in positions.items()
         if kind in formats and (dtype := formats[kind].dtype) is not None
     }
@@ -160,15 +167,23 @@ def _read(file: Path, data: bytes) -> ForeignLog:
     return _log_of(file, records, remarks)
 
 
-def _log_of(
-    file: Path, records: dict[str, tuple[_Format, npt.NDArray[np.void]]], remarks: list[str]
-) -> ForeignLog:
-    scales = _Scales.of(records)
-    tables: dict[tuple[str, str], LogTable] = {}
-    for name, (form, rows) in records.items():
-        if name not in _NOT_MEASURED and not _STAMPS.keys().isdisjoint(form.columns):
-            tables.update(_tables(form, rows, scales, remarks))
-    return ForeignLog(path=file, tables=tables, events=_events(records), remarks=tuple(remarks))
+def _log_of(file: Path, records: _Records, remarks: list[str]) -> ForeignLog:
+    groups = _instance_groups(records)
+    clock = BoardClock.of({key: group.stated_times() for key, group in groups.items()})
+    tables = {
+        key: group.table(clock.times[key])
+        for key, group in groups.items()
+        if key[0] not in _NOT_MEASURED
+    }
+    events = _events(groups, clock)
+    vehicle = _vehicle([event.text for event in events if event.kind == "status"])
+    return ForeignLog(
+        path=file,
+        tables=tables,
+        events=events,
+        remarks=tuple(remarks),
+        vehicle="" if vehicle == "plane" else vehicle,
+    )
 
 
 def _scan(
@@ -257,14 +272,6 @@ def _text(data: bytes) -> str:
     return data.split(b"\0")[0].decode("ascii")
 
 
-def _records(
-    octets: npt.NDArray[np.uint8], dtype: np.dtype[np.void], places: list[int]
-) -> npt.NDArray[np.void]:
-    starts = np.asarray(places, dtype=np.int64)
-    rows = octets[starts[:, None] + np.arange(dtype.itemsize)]
-    return np.ascontiguousarray(rows).view(dtype).reshape(-1)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Scales:
     """What UNIT, MULT and FMTU say: ids to units and factors, types to their ids."""
@@ -274,7 +281,7 @@ class _Scales:
     columns: dict[int, tuple[str, str]]
 
     @staticmethod
-    def of(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> _Scales:
+    def of(records: _Records) -> _Scales:
         """Collect them from the records of a log; old logs have none."""
         units: dict[str, str] = {}
         factors: dict[str, float] = {}
@@ -320,53 +327,81 @@ class _Scales:
         return form.columns[place] if 0 <= place < len(form.columns) else None
 
 
-def _tables(
-    form: _Format, rows: npt.NDArray[np.void], scales: _Scales, remarks: list[str]
-) -> dict[tuple[str, str], LogTable]:
-    instance = scales.instance_column(form)
-    if instance is None:
-        groups = {"": rows}
-    else:
-        numbers = rows[instance]
-        groups = {
-            str(int(number)): rows[numbers == number] for number in np.unique(numbers).tolist()
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Group:
+    """The records of one message and instance."""
+
+    form: _Format
+    rows: npt.NDArray[np.void]
+    places: npt.NDArray[np.int64]
+    scales: _Scales
+    selector: str
+
+    def stated_times(self) -> RecordTimes:
+        for stamp, unit in _STAMPS.items():
+            if stamp in self.form.columns:
+                return RecordTimes(places=self.places, times=self.rows[stamp] * unit)
+        return RecordTimes(
+            places=self.places, times=np.full(self.places.size, np.nan), stamped=False
+        )
+
+    def table(self, placed: RecordTimes) -> LogTable:
+        form, rows = self.form, self.rows[placed.valid]
+        numbers = {
+            column: index
+            for index, column in enumerate(form.columns)
+            if form.letters[index] not in TEXT_LETTERS
         }
-    tables: dict[tuple[str, str], LogTable] = {}
-    for selector, members in groups.items():
-        stamp = next(each for each in _STAMPS if each in form.columns)
-        times = members[stamp].astype(np.float64) * _STAMPS[stamp]
-        good = find_valid_times(times)
-        dropped = int(good.size - good.sum())
-        if dropped:
-            label = f"{form.name}[{selector}]" if selector else form.name
-            counted = "1 record" if dropped == 1 else f"{dropped} records"
-            remarks.append(f"skipped for impossible times: {counted} of {label}")
-        fields: dict[str, FloatArray] = {}
-        units: dict[str, str] = {}
-        for index, column in enumerate(form.columns):
-            if form.letters[index] in TEXT_LETTERS:
-                continue
-            fields[column] = members[column][good].astype(np.float64) * scales.factor(form, index)
-            stated = scales.unit(form, index)
-            if stated:
-                units[column] = stated
-        tables[form.name, selector] = LogTable(times=times[good], fields=fields, units=units)
-    return tables
+        units = {name: self.scales.unit(form, index) for name, index in numbers.items()}
+        label = f"{form.name}[{self.selector}]" if self.selector else form.name
+        return LogTable(
+            times=placed.times[placed.valid],
+            fields=LazyFields(
+                numbers,
+                lambda name: (
+                    rows[name].astype(np.float64) * self.scales.factor(form, numbers[name])
+                ),
+            ),
+            units={name: unit for name, unit in units.items() if unit},
+            by_order=placed.by_order,
+            remark=placed.remark(label),
+        )
 
 
-def _events(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
+def _instance_groups(records: _Records) -> dict[MessageKey, _Group]:
+    """Return the records by name and instance number, as text; empty where they have none."""
+    scales = _Scales.of(records)
+    groups: dict[MessageKey, _Group] = {}
+    for name, (form, rows, places) in records.items():
+        instance = scales.instance_column(form)
+        chosen: dict[str, Any] = {"": slice(None)}
+        if instance is not None:
+            numbers = rows[instance]
+            chosen = {str(int(number)): numbers == number for number in np.unique(numbers).tolist()}
+        for selector, which in chosen.items():
+            groups[name, selector] = _Group(
+                form=form,
+                rows=rows[which],
+                places=places[which],
+                scales=scales,
+                selector=selector,
+            )
+    return groups
+
+
+def _events(groups: Mapping[MessageKey, _Group], clock: BoardClock) -> tuple[Event, ...]:
     """Return texts (MSG), flight modes and parameters as events."""
-    said = [(time, _words(row["Message"])) for time, row in _rows(records, "MSG", "Message")]
+    said = [(time, _words(row["Message"])) for time, row in _rows(groups, clock, "MSG", "Message")]
     vehicle = _vehicle([text for _, text in said])
     modes: list[Event] = []
-    for time, row in _rows(records, "MODE", "Mode"):
+    for time, row in _rows(groups, clock, "MODE", "Mode"):
         named = row["Mode"]
         mode = _words(named) if isinstance(named, bytes) else ardupilot_mode(int(named), vehicle)
         if not modes or modes[-1].text != f"Flight mode {mode}":
             modes.append(Event(kind="mode", text=f"Flight mode {mode}", time=time))
     parameters = [
         (time, _words(row["Name"]), float(row["Value"]))
-        for time, row in _rows(records, "PARM", "Name", "Value")
+        for time, row in _rows(groups, clock, "PARM", "Name", "Value")
     ]
     return (
         *(Event(kind="status", text=text, time=time) for time, text in said),
@@ -376,15 +411,12 @@ def _events(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[E
 
 
 def _rows(
-    records: dict[str, tuple[_Format, npt.NDArray[np.void]]], name: str, *columns: str
+    groups: Mapping[MessageKey, _Group], clock: BoardClock, name: str, *columns: str
 ) -> Iterator[tuple[float | None, npt.NDArray[np.void]]]:
-    """Yield the records of a message that has these columns, with their times (s) if it has any."""
-    if name not in records or not set(columns) <= set(records[name][0].columns):
-        return
-    form, rows = records[name]
-    stamp = next((each for each in _STAMPS if each in form.columns), None)
-    for row in rows:
-        yield None if stamp is None else float(row[stamp]) * _STAMPS[stamp], row
+    """Yield the records of a message that has these columns, with their times (s) if known."""
+    found = groups.get((name, ""))
+    if found is not None and set(columns) <= set(found.form.columns):
+        yield from zip(clock.event_times(found.stated_times()), found.rows, strict=True)
 
 
 def _words(text: Any) -> str:

@@ -33,15 +33,18 @@ class TextRecords:
     columns: tuple[str, ...]
     lines: list[str] = field(default_factory=list)
     """What follows the name."""
+    places: list[int] = field(default_factory=list)
+    """Numbers of these lines in the file."""
 
-    def rows(self) -> tuple[npt.NDArray[np.void], int]:
-        """Return the values, numbers as float64 and texts as bytes, and how many lines are bad.
+    def rows(self) -> tuple[npt.NDArray[np.void], npt.NDArray[np.int64]]:
+        """Return the values of good lines, numbers as float64 and texts as bytes, and their places.
 
         A mode that is named becomes text, and its letter that of a text.
         """
         width = len(self.columns)
         split = [line.split(",", width - 1) for line in self.lines]
         # A text at the end keeps its commas; else there is one value for each column.
+        whole = np.array([len(row) == width for row in split], dtype=bool)
         cells = [row for row in split if len(row) == width]
         read = [
             self._column(place, [row[place].strip() for row in cells]) for place in range(width)
@@ -54,7 +57,7 @@ class TextRecords:
         rows = np.empty(len(cells), dtype=kinds)
         for name, values in zip(self.columns, read, strict=True):
             rows[name] = values
-        return rows[good], len(self.lines) - int(good.sum())
+        return rows[good], np.array(self.places, dtype=np.int64)[whole][good]
 
     def _column(self, place: int, cells: list[str]) -> npt.NDArray[Any]:
         letter = self.letters[place]
@@ -86,13 +89,14 @@ def scan_text(data: bytes) -> tuple[dict[str, TextRecords], int]:
     """Gather the lines of each message by its name; also return how many belong to none."""
     messages: dict[str, TextRecords] = {}
     lost = 0
-    for line in data.decode("utf-8", "replace").splitlines():
+    for place, line in enumerate(data.decode("utf-8", "replace").splitlines()):
         name, _, rest = line.partition(",")
         name = name.strip()
         if name == "FMT":
             lost += not _define(messages, rest)
         elif name in messages:
             messages[name].lines.append(rest)
+            messages[name].places.append(place)
         elif messages:
             lost += bool(name)
     return messages, lost
@@ -110,8 +114,8 @@ def _define(messages: dict[str, TextRecords], line: str) -> bool:
         return False
     known = messages.get(name)
     if known is None or (known.letters, known.columns) != (letters, columns):
-        lines = known.lines if known is not None and len(known.columns) == len(columns) else []
-        messages[name] = TextRecords(
-            type=int(kind), name=name, letters=letters, columns=columns, lines=lines
-        )
+        made = TextRecords(type=int(kind), name=name, letters=letters, columns=columns)
+        if known is not None and len(known.columns) == len(columns):
+            made.lines, made.places = known.lines, known.places
+        messages[name] = made
     return True

@@ -1,15 +1,14 @@
-"""Tables of named fields over time, as every reader of a foreign log gives them, and their mapping.
+"""From the tables of a foreign log to channels on the grid.
 
-A channel map lays the tables on the grid. The numbers take the road of the live decoder
-(`gsapp.decoding.pipeline`): scale, unit and calibration, linear interpolation, nothing across more
-than 2.5 sample periods, the better source while it lives, derived channels where nobody measures
-them.
+The numbers take the road of the live decoder (`gsapp.decoding.pipeline`): scale, unit and
+calibration, linear interpolation, nothing across more than 2.5 sample periods, the better source
+while it lives, derived channels where nobody measures them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,17 +17,18 @@ from calibration.certificate import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import TABLE, ChannelMap, FieldRef, MapEntry
 from gsapp.decoding.conversions import CONVERSIONS
+from gsapp.decoding.message_stream import is_valid
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.raw_channels import RawPatterns, raw_entry
-from gsapp.flight.events import Event
-from gsapp.flight.settings import FLIGHT_DATA
-from gsapp.flight.uniform_grid import combine_on_grid, median_step
+from gsapp.flight.readers.log_tables import ForeignLog, LogTable
+from gsapp.flight.uniform_grid import combine_on_grid
 from gsapp.foundation import FlightError, UnitError, UnmappedError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import (
+    SURFACE_NAMES,
     Block,
-    BoolArray,
     FloatArray,
+    base_id,
     channel,
     is_raw_channel,
     normalize_unit,
@@ -36,84 +36,6 @@ from gsapp.quantities import (
 
 _STAMPS = frozenset({"TimeUS", "TimeMS", "timestamp"})
 """Fields that hold the time of a message."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LogTable:
-    """All samples of one message (and instance) of a log."""
-
-    times: FloatArray
-    """Shape (n,). Seconds on the vehicle's clock, strictly increasing."""
-    fields: Mapping[str, FloatArray]
-    """Shape (n,) or (n, k). Numbers by field name, in the log's own units; array fields have k
-    columns."""
-    units: Mapping[str, str] = field(default_factory=dict)
-    """Units that the log itself states; empty where it does not."""
-
-    def where(self, rows: BoolArray) -> LogTable:
-        """Return the rows where `rows`, shape (n,), is true."""
-        return LogTable(
-            times=self.times[rows],
-            fields={name: values[rows] for name, values in self.fields.items()},
-            units=self.units,
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForeignLog:
-    """A foreign log, read."""
-
-    path: Path
-    tables: Mapping[tuple[str, str], LogTable]
-    """By message name and selector: the instance number as text, empty for the only one."""
-    events: tuple[Event, ...] = ()
-    """What the vehicle said."""
-    remarks: tuple[str, ...] = ()
-    """What was lost, in words."""
-
-    @property
-    def messages(self) -> tuple[str, ...]:
-        return tuple(sorted({message for message, _ in self.tables}))
-
-    def table(self, message: str, selector: str) -> LogTable | None:
-        """Return the table of a message; an empty selector means the first instance.
-
-        Logs from before instances were numbered call the second IMU ``IMU2``; it is found as
-        instance 1.
-        """
-        exact = self.tables.get((message, selector))
-        if exact is not None:
-            return exact
-        if selector in ("", "0"):
-            alone = self.tables.get((message, "0" if selector == "" else ""))
-            if alone is not None:
-                return alone
-        if selector.isdigit() and int(selector) > 0:
-            return self.tables.get((f"{message}{int(selector) + 1}", ""))
-        return None
-
-
-def find_valid_times(times: FloatArray) -> BoolArray:
-    """Return which samples have a time (s, in the order of the file) that can be true.
-
-    A damaged stamp stands far from those of its neighbors; what then still repeats or goes back is
-    dropped too, so that the rest is strictly increasing.
-    """
-    good = np.isfinite(times)
-    if times.size > FLIGHT_DATA.clock_neighbors:
-        reach = FLIGHT_DATA.clock_neighbors // 2
-        padded = np.concatenate((times[:1].repeat(reach), times, times[-1:].repeat(reach)))
-        # Repeating the ends would let a damaged first or last stamp vouch for itself.
-        padded[:reach] = times[1 : reach + 1]
-        padded[-reach:] = times[-reach - 1 : -1]
-        windows = np.lib.stride_tricks.sliding_window_view(padded, FLIGHT_DATA.clock_neighbors)
-        center = np.median(windows, axis=1)
-        limit = max(FLIGHT_DATA.max_clock_jump, 10.0 * abs(median_step(times)))
-        good &= np.abs(times - center) <= limit
-    kept = np.where(good, times, -np.inf)
-    before = np.concatenate(([-np.inf], np.maximum.accumulate(kept)[:-1]))
-    result: BoolArray = good & (times > before)
-    return result
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -135,6 +57,7 @@ class _MatchedEntry:
     entry: MapEntry
     times: FloatArray
     fields: Mapping[str, FloatArray]
+    by_order: bool
 
 
 def map_log(
@@ -166,15 +89,15 @@ def map_log(
             f"{log.path} contains no message of the channel map '{channel_map.name}'; give "
             f"another with --map{holds}"
         )
+    homes = {(each.entry.message, each.entry.selector, each.entry.time): each for each in found}
     pipeline = Pipeline(
         replace(channel_map, entries=tuple(each.entry for each in found)),
         certificates=certificates,
         aircraft=aircraft,
         rate=rate,
-        vehicle_time=lambda _: True,
+        vehicle_time=lambda entry: not homes[entry.message, entry.selector, entry.time].by_order,
         keep_samples=native,
     )
-    homes = {(each.entry.message, each.entry.selector, each.entry.time): each for each in found}
     first, last = np.inf, -np.inf
     for number, stream in enumerate(pipeline.streams):
         entry = stream.outputs[0].entry
@@ -188,7 +111,11 @@ def map_log(
     return MappedLog(
         block=block,
         sources={name: counted[name] for name in block.channels},
-        remarks=(*dict.fromkeys(remarks), *clipped_remarks(pipeline.clipped)),
+        remarks=(
+            *vehicle_remarks(log.vehicle, channel_map, block.channels),
+            *dict.fromkeys(remarks),
+            *clipped_remarks(pipeline.clipped),
+        ),
     )
 
 
@@ -211,6 +138,28 @@ def _raw_entries(log: ForeignLog, patterns: Sequence[str], remarks: list[str]) -
             remarks.append(f"{log.path.name} has no field '{pattern}'; {remedy}")
         found |= wanted
     return [one for name, one in found.items() if is_raw_channel(name)]
+
+
+def vehicle_remarks(
+    vehicle: str, channel_map: ChannelMap, channels: Iterable[str]
+) -> tuple[str, ...]:
+    """Return in words that a map looks for control surfaces on a vehicle that has none.
+
+    `vehicle` is empty for an airplane.
+    """
+    mapped = {name for name in channel_map.channels if _is_surface(name)}
+    if not vehicle or not mapped:
+        return ()
+    surfaces = ", ".join(sorted(mapped.intersection(channels)))
+    what = f": {surfaces} are no control surfaces here" if surfaces else ""
+    return (
+        f"this is a record of a {vehicle}, and the channel map '{channel_map.name}' is for "
+        f"airplanes{what}; give a map of your own with --map",
+    )
+
+
+def _is_surface(name: str) -> bool:
+    return base_id(name).removesuffix("_command") in SURFACE_NAMES
 
 
 def clipped_remarks(clipped: Mapping[str, int]) -> tuple[str, ...]:
@@ -261,30 +210,33 @@ def _match_entry(
     if inputs is None:
         return None
     fitted = replace(
-        entry, inputs=tuple(inputs), unit=_unit(entry, table, remarks), time=entry.time or ""
+        entry,
+        inputs=tuple(inputs),
+        unit=_unit(entry, table, remarks),
+        time=entry.time or "",
+        valid=None,
     )
     there = np.ones(table.times.size, dtype=bool)
+    # Not every release writes the field that tells.
+    if entry.valid is not None and entry.valid in table.fields:
+        there &= is_valid(table.fields[entry.valid], entry.valid_from)
     for values in inputs.values():
         there &= np.isfinite(values) & ~np.isin(values, entry.missing)
+    remarks += [table.remark] if table.remark else []
     if not there.any():
         return None
     if there.all():
-        return _MatchedEntry(entry=fitted, times=table.times, fields=table.fields)
+        return _MatchedEntry(
+            entry=fitted, times=table.times, fields=table.fields, by_order=table.by_order
+        )
     # A stream of its own: samples missing of one field are no gap in another, nor in this one if
     # it merely comes in every tenth row.
     return _MatchedEntry(
         entry=replace(fitted, time=f"{fitted.time}#{place}"),
         times=table.times[there],
-        fields={
-            name: values[there]
-            for name, values in table.fields.items()
-            if _is_used_field(name, inputs)
-        },
+        fields={ref.field: table.fields[ref.field][there] for ref in inputs},
+        by_order=table.by_order,
     )
-
-
-def _is_used_field(name: str, inputs: Mapping[FieldRef, FloatArray]) -> bool:
-    return any(ref.field == name for ref in inputs)
 
 
 def _table(log: ForeignLog, entry: MapEntry) -> LogTable | None:

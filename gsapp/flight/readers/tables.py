@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
+from gsapp.flight.readers.board_clock import find_valid_times
 from gsapp.flight.readers.columns import check_spacing
 from gsapp.flight.readers.delimited_table import (
     DelimitedTable,
@@ -18,7 +19,7 @@ from gsapp.flight.readers.delimited_table import (
     read_delimited_table,
     single_problem,
 )
-from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.log_tables import ForeignLog, LogTable
 from gsapp.flight.readers.mat_hdf5 import read_mat_hdf5
 from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names

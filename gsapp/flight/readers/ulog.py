@@ -1,87 +1,91 @@
-"""PX4's on-board log, ``.ulg``, read by pyulog where it is installed."""
+"""PX4's on-board log, ``.ulg``.
+
+A message is two bytes of length, one of its type, and so many bytes. Types ``F`` and ``A`` describe
+topics and number them; ``D`` is a sample of one. There is no checksum: a sample counts as whole if
+it has the length of its topic, another message if one follows it. The format: PX4 user guide, "ULog
+file format".
+"""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
-from collections.abc import Collection, Iterator, Mapping
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gsapp.decoding.flight_modes import px4_state
 from gsapp.flight.events import Event
 from gsapp.flight.parameter_events import parameter_events
-from gsapp.flight.readers.log_mapping import ForeignLog, LogTable, find_valid_times
+from gsapp.flight.readers.board_clock import BoardClock, IndexArray, MessageKey, RecordTimes
+from gsapp.flight.readers.log_tables import ForeignLog, LazyFields, LogTable, gather_records
 from gsapp.foundation import FlightError
-from gsapp.quantities import BoolArray, FloatArray
+from gsapp.quantities import FloatArray
 
 _MAGIC = b"ULog\x01\x12\x35"
 _STATUS = "vehicle_status"
 """Topic that holds the flight mode."""
-_HEADER = 16
+_START = 16
 """Bytes before the first message."""
-_ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
+_HEAD = struct.Struct("<HBH")
+"""Length and type of a message; the number of its topic where it is a sample."""
+_SAMPLE = ord("D")
+_KINDS = frozenset(b"ABCDFILMOPQRS")
+_APPENDED = struct.Struct("<HB8xB7x3Q")
+"""The message of flags: whether data were appended after a crash, and where."""
+_TEXTS = {ord("L"): 1, ord("C"): 3}
+"""Messages that say something: where their time of eight bytes begins; the text follows it."""
+_CLOCK = "timestamp"
+_PADDING = "_padding"
+_HEAD_FIELD = "_head"
+_DEEPEST = 8  # Formats inside formats.
+_FIELD = re.compile(r"(?P<type>\w+)(?:\[(?P<count>\d+)\])? +(?P<name>\w+)")
+_TYPES = {
+    "int8_t": "i1", "uint8_t": "u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4",
+    "uint32_t": "<u4", "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
+    "bool": "?", "char": "S1",
+}  # fmt: skip
 
 
-def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> ForeignLog:
-    """Read a PX4 ``.ulg`` log: one table for each topic (by default all) and instance.
+def read_ulog(path: Path | str) -> ForeignLog:
+    """Read a PX4 ``.ulg`` log: one table for each topic and instance.
 
     A torn end and damaged stretches are passed over and remarked on.
     """
     file = Path(path)
     try:
-        with file.open("rb") as stream:
-            magic = stream.read(len(_MAGIC))
+        data = file.read_bytes()
     except OSError as error:
         raise FlightError(
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
-    if magic != _MAGIC:
+    if len(data) < _START or not data.startswith(_MAGIC):
         raise FlightError(f"{file} is not a PX4 .ulg log; download it again, or name another file")
-    parsed, said = _parse(file, wanted)
+    scan = _Scan(data)
     remarks: list[str] = []
-    left, longest = _cut_off(file)
-    # A length that was damaged ends the log as a torn end does, and takes more than a message.
-    if parsed.file_corruption or "corruption" in said.casefold() or left > longest:
+    if scan.damaged:
         remarks.append(f"parts of {file.name} were damaged and skipped")
-    elif left:
+    elif scan.torn:
         remarks.append(f"the last message of {file.name} is incomplete and was skipped")
-    dropouts = [int(dropout.duration) for dropout in parsed.dropouts]
-    if dropouts:
-        often = "once" if len(dropouts) == 1 else f"{len(dropouts)} times"
+    if scan.dropouts:
+        often = "once" if len(scan.dropouts) == 1 else f"{len(scan.dropouts)} times"
         remarks.append(
-            f"the logger of {file.name} dropped out {often}, {sum(dropouts) / 1000.0:.1f} s in all"
+            f"the logger of {file.name} dropped out {often}, "
+            f"{sum(scan.dropouts) / 1000.0:.1f} s in all"
         )
-    tables: dict[tuple[str, str], LogTable] = {}
-    for topic in parsed.data_list:
-        stamps = topic.data.get("timestamp")
-        if stamps is None or not len(stamps):
-            continue
-        times = stamps.astype(np.float64) * 1e-6
-        # PX4 stamps 0 on a topic that was never published; its clock may count from 1970.
-        good = find_valid_times(times) & (stamps > 0)
-        dropped = int(good.size - good.sum())
-        if dropped:
-            counted = "1 sample" if dropped == 1 else f"{dropped} samples"
-            remarks.append(
-                f"skipped for impossible times: {counted} of {topic.name}[{topic.multi_id}]"
-            )
-        tables[topic.name, str(topic.multi_id)] = LogTable(
-            times=times[good], fields=_fields(topic.data, good)
-        )
-    events = tuple(
-        Event(kind="status", text=str(message.message), time=message.timestamp * 1e-6)
-        for message in parsed.logged_messages
-        if message.timestamp > 0
-    )
+    records = scan.records()
+    clock = BoardClock.of({topic: samples.stated_times() for topic, samples in records.items()})
+    tables = {topic: one.table(topic, clock.times[topic]) for topic, one in records.items()}
     return ForeignLog(
         path=file,
         tables=tables,
-        events=(*events, *_modes(tables), *_parameters(parsed)),
+        events=(*_text_events(scan, clock), *_modes(tables), *_parameters(scan, clock)),
         remarks=tuple(remarks),
+        vehicle=_vehicle(tables.get((_STATUS, "0"))),
     )
 
 
@@ -96,73 +100,220 @@ def _modes(tables: Mapping[tuple[str, str], LogTable]) -> Iterator[Event]:
         yield Event(kind="mode", text=f"Flight mode {px4_state(int(state))}", time=time)
 
 
-def _parameters(parsed: Any) -> tuple[Event, ...]:
-    start = float(parsed.start_timestamp) * 1e-6
-    first = [(start, str(name), float(v)) for name, v in parsed.initial_parameters.items()]
-    changes = [(int(time) * 1e-6, str(n), float(v)) for time, n, v in parsed.changed_parameters]
-    return parameter_events([*first, *changes])
+def _parameters(scan: _Scan, clock: BoardClock) -> tuple[Event, ...]:
+    values: list[tuple[float | None, str, float]] = []
+    places = np.array(scan.parameters, dtype=np.int64)
+    times = clock.event_times(RecordTimes(places=places, times=np.full(places.size, np.nan)))
+    for place, time in zip(scan.parameters, times, strict=True):
+        length = scan.data[place] | scan.data[place + 1] << 8
+        start = place + 4 + scan.data[place + 3]
+        kind, _, name = scan.data[place + 4 : start].decode("ascii", "replace").partition(" ")
+        form = {"int32_t": "<i", "float": "<f"}.get(kind)
+        if form is not None and start + 4 == place + 3 + length:
+            values.append((time, name, float(struct.unpack_from(form, scan.data, start)[0])))
+    return parameter_events(values)
 
 
-def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:
-    """Gather the elements of arrays, which pyulog keeps as ``gyro_rad[0]`` and so on."""
-    fields: dict[str, FloatArray] = {}
-    elements: dict[str, dict[int, FloatArray]] = {}
-    for name, values in data.items():
-        if values.dtype.kind not in "fiub" or name == "timestamp":
-            continue
-        numbers = values[good].astype(np.float64)
-        match = _ELEMENT.fullmatch(name)
-        if match is None:
-            fields[name] = numbers
-        else:
-            elements.setdefault(match["name"], {})[int(match["index"])] = numbers
-    for name, found in elements.items():
-        if sorted(found) == list(range(len(found))):
-            fields[name] = np.column_stack([found[index] for index in range(len(found))])
-    return fields
+def _vehicle(status: LogTable | None) -> str:
+    """Return what PX4 last flew as; empty for an airplane, or if unknown."""
+    if status is None or not status.times.size:
+        return ""
+    # Both are 1 for rotors; the name changed from release to release.
+    rotors = status.fields.get("vehicle_type", status.fields.get("is_rotary_wing"))
+    hybrid = status.fields.get("is_vtol")
+    if rotors is None or rotors[-1] != 1 or (hybrid is not None and hybrid[-1]):
+        return ""
+    return "copter"
 
 
-def _cut_off(file: Path) -> tuple[int, int]:
-    """Return how many bytes stand at the end after the last whole message, and the longest one.
+class _Scan:
+    """Finds all messages of a log.
 
-    A message is two bytes of length, one of its type, and so many bytes; pyulog passes over what
-    is cut off without a word.
+    Attributes
+    ----------
+    texts, parameters, dropouts : list of int
+        Where texts and parameters begin; how long the logger paused, ms.
+    torn, damaged : bool
+        Whether the end is cut off; whether bytes were passed over.
     """
-    data = file.read_bytes()
-    place, size, longest = _HEADER, len(data), 0
-    while place + 2 < size:
-        length = 3 + data[place] + (data[place + 1] << 8)
-        if place + length > size:
-            break
-        longest = max(longest, length)
-        place += length
-    return size - place, longest
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.texts: list[int] = []
+        self.dropouts: list[int] = []
+        self.parameters: list[int] = []
+        self.torn = self.damaged = False
+        self._formats: dict[str, str] = {}
+        self._topics: dict[int, tuple[MessageKey, np.dtype[np.void]]] = {}
+        self._samples: dict[int, list[int]] = {}
+        # By number of the topic: bytes of a sample behind the head, and what takes its place.
+        self._lengths = [-1] * 65536
+        self._take: list[Callable[[int], None]] = [self.texts.append] * 65536
+        self._readers: dict[int, Callable[[int, int], None]] = {
+            ord("F"): self._read_format,
+            ord("A"): self._read_topic,
+            ord("O"): self._read_dropout,
+            ord("P"): lambda place, _: self.parameters.append(place),
+            **dict.fromkeys(_TEXTS, lambda place, _: self.texts.append(place)),
+        }
+        for start, end in _segments(data):
+            self.torn = self._scan(start, end)
+
+    def _scan(self, start: int, end: int) -> bool:
+        """Find the messages of a stretch; return whether its last one is cut off."""
+        data, lengths, take, unpack = self.data, self._lengths, self._take, _HEAD.unpack_from
+        place, last = start, end - _HEAD.size
+        while place <= last:
+            length, kind, topic = unpack(data, place)
+            after = place + 3 + length
+            if kind == _SAMPLE and length == lengths[topic]:
+                if after > end:
+                    return True
+                take[topic](place)
+            elif self._is_message(kind, after, end):
+                reader = self._readers.get(kind)
+                if reader is not None and length > 1:
+                    reader(place, after)
+            else:
+                follows = self._next_sample(place + 1, end)
+                if follows == end and kind in _KINDS and after > end and kind != _SAMPLE:
+                    return True
+                self.damaged = True
+                after = follows
+            place = after
+        return place < end
+
+    def _is_message(self, kind: int, after: int, end: int) -> bool:
+        """Return whether another message than a sample can end at a place."""
+        if kind not in _KINDS or kind == _SAMPLE or after > end:
+            return False
+        return after + 2 >= end or self.data[after + 2] in _KINDS
+
+    def _next_sample(self, start: int, end: int) -> int:
+        """Return where the next sample begins in a damaged stretch, or its end."""
+        data, unpack = self.data, _HEAD.unpack_from
+        found = data.find(b"D", start + 2, end - 2)
+        while found >= 0:
+            length, _, topic = unpack(data, found - 2)
+            if length == self._lengths[topic]:
+                return found - 2
+            found = data.find(b"D", found + 1, end - 2)
+        return end
+
+    def _read_format(self, place: int, after: int) -> None:
+        name, _, fields = self.data[place + 3 : after].decode("ascii", "replace").partition(":")
+        self._formats[name] = fields
+
+    def _read_dropout(self, place: int, _: int) -> None:
+        self.dropouts.append(self.data[place + 3] | self.data[place + 4] << 8)
+
+    def _read_topic(self, place: int, after: int) -> None:
+        if after - place < 7:
+            return
+        number = self.data[place + 4] | self.data[place + 5] << 8
+        name = self.data[place + 6 : after].decode("ascii", "replace")
+        fields = list(self._fields(name, ""))
+        while fields and fields[-1][0].startswith(_PADDING):
+            fields.pop()  # the logger leaves these out
+        names = [one[0] for one in fields]
+        if not names or len(set(names)) < len(names):
+            return
+        dtype: np.dtype[np.void] = np.dtype([(_HEAD_FIELD, f"V{_HEAD.size}"), *fields])
+        self._topics[number] = (name, str(self.data[place + 3])), dtype
+        self._lengths[number] = dtype.itemsize - 3
+        self._take[number] = self._samples.setdefault(number, []).append
+
+    def _fields(self, form: str, prefix: str, depth: int = 0) -> Iterator[tuple[Any, ...]]:
+        """Yield name, type and count of a format's fields, those of formats inside it spread."""
+        for text in self._formats.get(form, "").split(";"):
+            match = _FIELD.fullmatch(text.strip())
+            if match is None:
+                continue
+            kind, count, name = match["type"], int(match["count"] or 0), prefix + match["name"]
+            if kind in _TYPES:
+                yield (name, _TYPES[kind], count) if count else (name, _TYPES[kind])
+            elif depth < _DEEPEST:
+                for index in range(count or 1):
+                    inner = f"{name}[{index}]." if count else f"{name}."
+                    yield from self._fields(kind, inner, depth + 1)
+
+    def records(self) -> dict[MessageKey, _Samples]:
+        """Return the samples of each topic that has any."""
+        gathered: dict[MessageKey, tuple[np.dtype[np.void], list[int]]] = {}
+        for number, (topic, dtype) in self._topics.items():
+            # A topic that was given a second number goes on under it.
+            first, places = gathered.setdefault(topic, (dtype, []))
+            if dtype == first:
+                places += self._samples[number]
+        return {
+            topic: _Samples(data=self.data, places=np.array(sorted(places)), dtype=dtype)
+            for topic, (dtype, places) in gathered.items()
+            if places
+        }
 
 
-def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:
-    """Return pyulog's result, and what it printed instead of raising."""
-    try:
-        from pyulog import ULog
-        from pyulog.exceptions import ULogException
-    except ImportError as error:
-        raise FlightError(
-            "reading .ulg logs needs pyulog, which is not installed; install it with "
-            "'pip install gsapp-ground-station[ulog]'"
-        ) from error
-    said = io.StringIO()
-    try:
-        # Opened here: pyulog leaves a damaged file open, which Windows then neither renames nor
-        # deletes.
-        with contextlib.redirect_stdout(said), file.open("rb") as stream:
-            parsed = ULog(stream, None if wanted is None else sorted({*wanted, _STATUS}))
-    except ULogException as error:
-        raise FlightError(
-            f"{file} cannot be read as a PX4 .ulg log ({error}); download it again"
-        ) from error
-    except Exception as error:
-        # pyulog lets whatever a damaged definition provokes pass through.
-        raise FlightError(
-            f"{file} is damaged where its messages are defined ({type(error).__name__}: "
-            f"{error}); download it again"
-        ) from error
-    return parsed, said.getvalue()
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Samples:
+    """The samples of one topic."""
+
+    data: bytes
+    places: IndexArray
+    """Where each begins."""
+    dtype: np.dtype[np.void]
+
+    def stated_times(self) -> RecordTimes:
+        places = self.places
+        fields: Mapping[str, Any] = self.dtype.fields or {}
+        if _CLOCK not in fields:
+            return RecordTimes(places=places, times=np.full(places.size, np.nan), stamped=False)
+        kind, offset = fields[_CLOCK][:2]
+        # 0 says that nothing was published.
+        stamps = gather_records(self.data, places + offset, kind)
+        return RecordTimes(places=places, times=np.where(stamps > 0, stamps * 1e-6, np.nan))
+
+    def table(self, topic: MessageKey, placed: RecordTimes) -> LogTable:
+        places = self.places[placed.valid]
+        rows: list[npt.NDArray[Any]] = []
+
+        def load(name: str) -> FloatArray:
+            rows[:] = rows or [gather_records(self.data, places, self.dtype)]
+            return rows[0][name].astype(np.float64)
+
+        names = [
+            name
+            for name, (kind, *_) in (self.dtype.fields or {}).items()
+            if name not in (_CLOCK, _HEAD_FIELD) and kind.base.kind in "fiub"
+        ]
+        return LogTable(
+            times=placed.times[placed.valid],
+            fields=LazyFields(names, load),
+            by_order=placed.by_order,
+            remark=placed.remark("{}[{}]".format(*topic)),
+        )
+
+
+def _segments(data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield start and end of the stretches of a log: what a crash left was appended later."""
+    starts = [_START]
+    if len(data) >= _START + _APPENDED.size:
+        _, kind, flags, *offsets = _APPENDED.unpack_from(data, _START)
+        if kind == ord("B") and flags & 1:
+            starts += sorted(offset for offset in offsets if _START < offset < len(data))
+    yield from zip(starts, [*starts[1:], len(data)], strict=True)
+
+
+def _text_events(scan: _Scan, clock: BoardClock) -> tuple[Event, ...]:
+    data = scan.data
+    texts: list[str] = []
+    stamps: list[int] = []
+    for place in scan.texts:
+        length, kind, _ = _HEAD.unpack_from(data, place)
+        start = place + 3 + _TEXTS[kind]
+        stamps.append(int.from_bytes(data[start : start + 8], "little"))
+        texts.append(data[start + 8 : place + 3 + length].decode("utf-8", "replace"))
+    times = clock.event_times(
+        RecordTimes(places=np.array(scan.texts, dtype=np.int64), times=np.array(stamps) * 1e-6)
+    )
+    return tuple(
+        Event(kind="status", text=text, time=time) for text, time in zip(texts, times, strict=True)
+    )
