@@ -16,6 +16,7 @@ import numpy as np
 
 from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft
+from gsapp.decoding.burst_timing import BurstSpreader, SpreadItem
 from gsapp.decoding.channel_map import LINE, ChannelMap
 from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.flight_modes import PARAM_VALUE_ID, PX4, heartbeat_mode, parameter_of
@@ -127,6 +128,7 @@ class Decoder:
         self.channel_map = channel_map
         self.health = LinkHealth()
         self.clock = FlightClock()
+        self._bursts = BurstSpreader()
         self._log = NoticeLog(self.flight_time_at)
         self.messages: list[Notice] = self._log.messages
         self.modes: list[Notice] = self._log.modes
@@ -231,6 +233,7 @@ class Decoder:
         self._selector.decide()
         self.clock.finish()
         self._take_released(self.health.last_stamp or 0)
+        self._take_spread(self._bursts.release_all())
         self._log.flush_overdue()
         return self._pull(final=True)
 
@@ -276,6 +279,8 @@ class Decoder:
             now = clock.now
             if stamp_at is None:
                 time = clock.assign_arrival_time(host, (stream, payload))
+                if time is not None:
+                    time = self._bursts.add(stream, time, payload)
             else:
                 stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
                 time = clock.assign_time(
@@ -286,6 +291,12 @@ class Decoder:
                 self._take_released(host)
             if time is not None:
                 self._pending[stream].append(time, now, payload)
+        if clock.now >= self._bursts.due:
+            self._take_spread(self._bursts.release(clock.now))
+
+    def _take_spread(self, items: Sequence[SpreadItem]) -> None:
+        for stream, time, item in items:
+            self._pending[stream].append(time, self.clock.now, item)
 
     def _take_mode(self, host: int, head: bytes, payload: bytes) -> None:
         self._is_px4 = payload[_AUTOPILOT : _AUTOPILOT + 1] == bytes([PX4])
@@ -374,12 +385,16 @@ class Decoder:
             now = self.clock.now
             if stamp is None or not self._pipeline.streams[stream].vehicle_time:
                 time = self.clock.assign_arrival_time(host, (stream, item))
+                if time is not None:
+                    time = self._bursts.add(stream, time, item)
             else:
                 time = self.clock.assign_time(0, stamp, host, (stream, item))
             if self.clock.released or self.clock.events:
                 self._take_released(host)
             if time is not None:
                 self._pending[stream].append(time, now, item)
+        if self.clock.now >= self._bursts.due:
+            self._take_spread(self._bursts.release(self.clock.now))
 
     def _leave_out(self, host: int, line: bytes, why: str) -> None:
         self.bad_lines += 1

@@ -28,6 +28,12 @@ class DecodingSettings:
     autopilot_timeout: int = 3_000_000  # Wait for an autopilot: it sends a heartbeat a second.
     chunk_timeout: int = 5_000_000  # How long the next piece of a text is waited for.
 
+    # Messages without a stamp that come in bursts.
+    burst_window: int = 24  # Intervals between arrivals that tell, ...
+    min_burst_intervals: int = 8  # ... at least.
+    burst_ratio: int = 5  # The usual interval is so much shorter than the mean one.
+    min_bursts: int = 2  # So many long intervals among them.
+
     # Grid.
     max_hold: int = 30_000_000  # How long a slow input stands for itself.
     max_filled_pause: float = 60.0  # Seconds of a pause that are filled with NaN rows.
