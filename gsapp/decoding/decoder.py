@@ -278,9 +278,7 @@ class Decoder:
                 continue
             now = clock.now
             if stamp_at is None:
-                time = clock.assign_arrival_time(host, (stream, payload))
-                if time is not None:
-                    time = self._bursts.add(stream, time, payload)
+                time = self._arrival_time(stream, host, payload)
             else:
                 stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
                 time = clock.assign_time(
@@ -291,8 +289,16 @@ class Decoder:
                 self._take_released(host)
             if time is not None:
                 self._pending[stream].append(time, now, payload)
-        if clock.now >= self._bursts.due:
-            self._take_spread(self._bursts.release(clock.now))
+        self._release_bursts()
+
+    def _arrival_time(self, stream: int, host: int, item: Any) -> int | None:
+        """Return the flight time of an item without a stamp; None if it waits."""
+        time = self.clock.assign_arrival_time(host, (stream, item))
+        return None if time is None else self._bursts.add(stream, time, item)
+
+    def _release_bursts(self) -> None:
+        if self.clock.now >= self._bursts.due:
+            self._take_spread(self._bursts.release(self.clock.now))
 
     def _take_spread(self, items: Sequence[SpreadItem]) -> None:
         for stream, time, item in items:
@@ -384,17 +390,14 @@ class Decoder:
         for stream in self._line_streams:
             now = self.clock.now
             if stamp is None or not self._pipeline.streams[stream].vehicle_time:
-                time = self.clock.assign_arrival_time(host, (stream, item))
-                if time is not None:
-                    time = self._bursts.add(stream, time, item)
+                time = self._arrival_time(stream, host, item)
             else:
                 time = self.clock.assign_time(0, stamp, host, (stream, item))
             if self.clock.released or self.clock.events:
                 self._take_released(host)
             if time is not None:
                 self._pending[stream].append(time, now, item)
-        if self.clock.now >= self._bursts.due:
-            self._take_spread(self._bursts.release(self.clock.now))
+        self._release_bursts()
 
     def _leave_out(self, host: int, line: bytes, why: str) -> None:
         self.bad_lines += 1

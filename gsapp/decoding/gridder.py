@@ -167,6 +167,7 @@ class Gridder:
             last=self.last,
             intervals=self._intervals,
             fallback=self._fallback,
+            silent_until=self._silent_until,
         )
         if found is None:
             return self._plan(times, nows)
@@ -176,13 +177,14 @@ class Gridder:
         if not kept.size:
             return [], 0, []
         if self.last is None:
-            self.first = (times[0], max(times[0], nows[0]))
+            self.first = (times[0], nows[0])
             self.begin = self._grid.row_at_or_after(times[0])
         self.samples += kept.size
         self.gaps += found.gaps
         self._gap_time += found.gap_time
         self.last = times[int(kept[-1])]
         self._next = found.next_row
+        self._silent_until = found.silent_until
         self._intervals += found.intervals[-DECODING.period_window :].tolist()
         self._least = min(self._intervals, default=0)
         passed_over = np.ones(len(times), dtype=bool)

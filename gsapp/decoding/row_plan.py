@@ -53,6 +53,7 @@ class PlannedSamples:
     gaps: int
     gap_time: int  # How long the gaps last together, us.
     next_row: int
+    silent_until: int  # By which flight time a silence has been noticed, us.
 
 
 def plan_rows(
@@ -63,22 +64,25 @@ def plan_rows(
     last: int | None,
     intervals: Sequence[int],
     fallback: int,
+    silent_until: int,
 ) -> PlannedSamples | None:
     """Plan the rows that samples complete; see `Gridder.feed`. None if the numbers are too great.
 
-    `last` is the time of the sample before them, None for none, and `intervals` are those before
-    it.
+    `last` is the time of the sample before them, None for none, `intervals` are those before it,
+    and `silent_until` is the flight time by which a silence had been noticed.
     """
     origin = times[0] if last is None else last
     stamps = np.array(times, dtype=np.int64)
-    offsets = stamps - origin
-    if int(np.abs(offsets).max()) * grid.numerator + grid.step >= _LARGEST:
+    offsets, heard = stamps - origin, np.array(nows, dtype=np.int64) - origin
+    largest = max(int(np.abs(offsets).max()), int(np.abs(heard).max()), abs(silent_until - origin))
+    if largest * grid.numerator + grid.step >= _LARGEST:
         return None
     latest = np.maximum.accumulate(np.concatenate(([-1 if last is None else 0], offsets)))[:-1]
     kept = np.flatnonzero(offsets > latest)
     repeated = int(np.count_nonzero(offsets == latest))
     own = offsets[kept]
-    came = np.maximum(np.array(nows, dtype=np.int64), stamps)[kept] - origin
+    heard = heard[kept]
+    came = np.maximum(heard, own)
     before = np.concatenate((np.zeros(1, np.int64), own[:-1]))[: own.size]
     begins = int(last is None)
     steps = (own - before)[begins:]
@@ -88,6 +92,9 @@ def plan_rows(
     gap[begins:] = 2 * steps > 5 * usual
     passed = (came - before)[begins:]
     silent[begins:] = passed > np.maximum(fallback, usual_before * 5 // 2)
+    # Until then another source counts, whatever came late.
+    noticed = np.concatenate(([silent_until - origin], np.where(silent, heard, -_LARGEST)))
+    until = np.maximum.accumulate(noticed)[1:]
 
     step, at, at_before = grid.step, own * grid.numerator, before * grid.numerator
     first_row = -(-origin * grid.numerator // step)
@@ -109,7 +116,8 @@ def plan_rows(
     after = kept[sample] + 1
     places = np.concatenate((np.zeros(1, np.int64), kept[:-1] + 1))[: own.size]
     former = np.where(on_sample, after, places[sample])
-    in_gap, in_silence = gap[sample] & ~on_sample, silent[sample] & ~on_sample
+    in_gap = gap[sample] & ~on_sample
+    in_silence = silent[sample] & ~on_sample | (position < (until * grid.numerator)[sample])
     cuts = np.unique(np.concatenate(([0], np.flatnonzero(pause), [own.size])))
     plans = []
     for one, following in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
@@ -132,6 +140,7 @@ def plan_rows(
         gaps=int(np.count_nonzero(gap)),
         gap_time=int((own - before)[gap].sum()),
         next_row=first_row + int(stop[-1]) if own.size else 0,
+        silent_until=int(until[-1]) + origin if own.size else silent_until,
     )
 
 
