@@ -43,9 +43,9 @@ COLUMNS = {
 }  # fmt: skip
 DEGREES_PER_COUNT = 0.01
 SURFACES = {"ail": "da", "el": "de", "rud": "dr"}
-# As read from plots, before any detection: four steps to alternate sides in all of them, the first
-# two clearly longer than the last two (3-2-1-1), but for two with 1.1-1.6-1.1-0.9 s and, cut off
-# at the front, 1.2-1.6-1.3-0.5 s. Half of peak to peak, counts.
+# As read from plots: four steps to alternate sides in all of them, the first two clearly longer
+# than the last two (3-2-1-1), but for two with 1.1-1.6-1.1-0.9 s and, cut off at the front,
+# 1.2-1.6-1.3-0.5 s, labeled multistep after the first detection. Half of peak to peak, counts.
 MULTISTEPS = {("2022_05_07_11_13_57", "el_1"), ("2022_05_07_11_13_57", "el_3")}
 AMPLITUDES = {("2022_05_07_11_13_57", "rud_1"): 1339, ("2023_02_01_14_21_28", "el_1"): 901}
 USUAL_AMPLITUDE = 2254
