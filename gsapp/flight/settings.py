@@ -54,7 +54,7 @@ FLIGHT_DATA: Final = FlightDataSettings()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogAlignmentSettings:
-    """Engineering choices, checked by `tests/flight/test_onboard_clock.py`."""
+    """Engineering choices, checked by `tests/flight/test_onboot_clock.py`."""
 
     window_duration: float = 10.0  # s: several periods of an aircraft of this size.
     smoothing: float = 0.3

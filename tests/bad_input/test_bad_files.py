@@ -207,7 +207,7 @@ def test_a_channel_map_with_mistakes(tmp_path: Path) -> None:
     refused(
         ("record", "udpin:127.0.0.1:14599", "--map", name, "--calibration", "b777", "--out", "new"),
         "mine.toml: 3 problems",
-        "channels[0].unit: 'Volt' is not a unit of voltage; use one of: V, mV",
+        "channels[0].unit: 'Volt' is no unit of a signal; use V, mV",
         "channels[5].id: no channel is called 'alhpa'; did you mean 'alpha'",
         "channels[7].source: DEBUG_FLOAT_ARRAY has no field 'dota'; did you mean 'data'?",
         cwd=tmp_path,

@@ -477,10 +477,10 @@ def test_names_that_nobody_knows_are_refused(lon):
         MLSettings(axis="lon", weights={"q": -1.0})
 
 
-def test_reports_of_gusts_point_to_equation_error():
+def test_reports_of_gusts_point_to_filter_error():
     gusty = fly(9, "lon", gust=0.8)
     found = estimate([gusty.maneuver], MLSettings(axis="lon"))
-    assert any("turbulence" in one and "equation error" in one for one in found.warnings)
+    assert any("turbulence" in one and "filter error" in one for one in found.warnings)
     calm = fly(9, "lon")
     found = estimate([calm.maneuver], MLSettings(axis="lon"))
     assert not any("turbulence" in one for one in found.warnings)

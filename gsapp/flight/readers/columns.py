@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.readers.board_clock import find_isolated_times
+from gsapp.flight.readers.boot_clock import find_isolated_times
 from gsapp.flight.readers.delimited_table import read_delimited_table, single_problem
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import median_step

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from gsapp.decoding.flight_modes import ardupilot_mode
 from gsapp.flight.events import Event
 from gsapp.flight.parameter_events import parameter_events
-from gsapp.flight.readers.board_clock import BoardClock, IndexArray, MessageKey, RecordTimes
+from gsapp.flight.readers.boot_clock import BootClock, IndexArray, MessageKey, RecordTimes
 from gsapp.flight.readers.dataflash_text import TEXT_LETTERS, is_text_log, scan_text
 from gsapp.flight.readers.log_tables import ForeignLog, LazyFields, LogTable, gather_records
 from gsapp.foundation import FlightError
@@ -169,7 +169,7 @@ def _read(file: Path, data: bytes) -> ForeignLog:
 
 def _log_of(file: Path, records: _Records, remarks: list[str]) -> ForeignLog:
     groups = _instance_groups(records)
-    clock = BoardClock.of({key: group.stated_times() for key, group in groups.items()})
+    clock = BootClock.of({key: group.stated_times() for key, group in groups.items()})
     tables = {
         key: group.table(clock.times[key])
         for key, group in groups.items()
@@ -389,7 +389,7 @@ def _instance_groups(records: _Records) -> dict[MessageKey, _Group]:
     return groups
 
 
-def _events(groups: Mapping[MessageKey, _Group], clock: BoardClock) -> tuple[Event, ...]:
+def _events(groups: Mapping[MessageKey, _Group], clock: BootClock) -> tuple[Event, ...]:
     """Return texts (MSG), flight modes and parameters as events."""
     said = [(time, _words(row["Message"])) for time, row in _rows(groups, clock, "MSG", "Message")]
     vehicle = _vehicle([text for _, text in said])
@@ -411,7 +411,7 @@ def _events(groups: Mapping[MessageKey, _Group], clock: BoardClock) -> tuple[Eve
 
 
 def _rows(
-    groups: Mapping[MessageKey, _Group], clock: BoardClock, name: str, *columns: str
+    groups: Mapping[MessageKey, _Group], clock: BootClock, name: str, *columns: str
 ) -> Iterator[tuple[float | None, npt.NDArray[np.void]]]:
     """Yield the records of a message that has these columns, with their times (s) if known."""
     found = groups.get((name, ""))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
-from gsapp.flight.readers.board_clock import find_valid_times
+from gsapp.flight.readers.boot_clock import find_valid_times
 from gsapp.flight.readers.columns import check_spacing
 from gsapp.flight.readers.delimited_table import (
     DelimitedTable,

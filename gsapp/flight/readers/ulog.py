@@ -21,7 +21,7 @@ import numpy.typing as npt
 from gsapp.decoding.flight_modes import px4_state
 from gsapp.flight.events import Event
 from gsapp.flight.parameter_events import parameter_events
-from gsapp.flight.readers.board_clock import BoardClock, IndexArray, MessageKey, RecordTimes
+from gsapp.flight.readers.boot_clock import BootClock, IndexArray, MessageKey, RecordTimes
 from gsapp.flight.readers.log_tables import ForeignLog, LazyFields, LogTable, gather_records
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
@@ -78,7 +78,7 @@ def read_ulog(path: Path | str) -> ForeignLog:
             f"{sum(scan.dropouts) / 1000.0:.1f} s in all"
         )
     records = scan.records()
-    clock = BoardClock.of({topic: samples.stated_times() for topic, samples in records.items()})
+    clock = BootClock.of({topic: samples.stated_times() for topic, samples in records.items()})
     tables = {topic: one.table(topic, clock.times[topic]) for topic, one in records.items()}
     return ForeignLog(
         path=file,
@@ -100,7 +100,7 @@ def _modes(tables: Mapping[tuple[str, str], LogTable]) -> Iterator[Event]:
         yield Event(kind="mode", text=f"Flight mode {px4_state(int(state))}", time=time)
 
 
-def _parameters(scan: _Scan, clock: BoardClock) -> tuple[Event, ...]:
+def _parameters(scan: _Scan, clock: BootClock) -> tuple[Event, ...]:
     values: list[tuple[float | None, str, float]] = []
     places = np.array(scan.parameters, dtype=np.int64)
     times = clock.event_times(RecordTimes(places=places, times=np.full(places.size, np.nan)))
@@ -302,7 +302,7 @@ def _segments(data: bytes) -> Iterator[tuple[int, int]]:
     yield from zip(starts, [*starts[1:], len(data)], strict=True)
 
 
-def _text_events(scan: _Scan, clock: BoardClock) -> tuple[Event, ...]:
+def _text_events(scan: _Scan, clock: BootClock) -> tuple[Event, ...]:
     data = scan.data
     texts: list[str] = []
     stamps: list[int] = []

@@ -54,7 +54,7 @@ class RecordTimes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BoardClock:
+class BootClock:
     """The clock that most records of a log share, and the records on it."""
 
     times: Mapping[MessageKey, RecordTimes]
@@ -66,7 +66,7 @@ class BoardClock:
     """Times of all records that agree, by place, never decreasing."""
 
     @staticmethod
-    def of(stated: Mapping[MessageKey, RecordTimes]) -> BoardClock:
+    def of(stated: Mapping[MessageKey, RecordTimes]) -> BootClock:
         """Find the clock of records with stamps as the log states them, NaN for none."""
         # All messages in one array: most logs have dozens, of a few samples each.
         sizes = [one.places.size for one in stated.values()]
@@ -92,7 +92,7 @@ class BoardClock:
                 own = good[end - size : end]
                 own[own] = find_valid_times(times[end - size : end][own])
         ordered = order[good[order]]
-        board = BoardClock({}, places[ordered], np.maximum.accumulate(times[ordered]))
+        board = BootClock({}, places[ordered], np.maximum.accumulate(times[ordered]))
         times = np.where(good, times, np.nan)
         placed: dict[MessageKey, RecordTimes] = {}
         for (key, one), end, other in zip(stated.items(), ends, odd.tolist(), strict=True):
@@ -101,7 +101,7 @@ class BoardClock:
             if by_order:
                 own_times = _with_own_intervals(board._times_at(one.places), one.times)
             placed[key] = RecordTimes(places=one.places, times=own_times, by_order=by_order)
-        return BoardClock(placed, board._places, board._order)
+        return BootClock(placed, board._places, board._order)
 
     def event_times(self, stated: RecordTimes) -> list[float | None]:
         """Return when things happened that the log states among its samples; None if unknown.
