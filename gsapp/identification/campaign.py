@@ -477,7 +477,7 @@ def run_campaign(
         maneuvers = [replace(one, inputs=settings.inputs) for one in maneuvers]
     jobs = [(one, _axis_to_fit(one, settings)) for one in maneuvers]
     chosen = [(one, axis) for one, axis in jobs if axis is not None]
-    remarks = [_exclusion_text(one, settings) for one, axis in jobs if axis is None]
+    remarks = _exclusion_texts([one for one, axis in jobs if axis is None], settings)
     # Each sentence once, though all maneuvers of a flight share it.
     remarks += dict.fromkeys(
         f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
@@ -561,16 +561,26 @@ def _report_progress(
         raise CanceledError("stopped; nothing was written")
 
 
-def _exclusion_text(maneuver: Maneuver, settings: CampaignSettings) -> str:
-    """Return why a maneuver takes no part."""
+def _exclusion_texts(maneuvers: Sequence[Maneuver], settings: CampaignSettings) -> list[str]:
+    """Return why maneuvers take no part, each reason once."""
+    reasons: dict[str, list[str]] = {}
+    for one in maneuvers:
+        reasons.setdefault(_exclusion_reason(one, settings), []).append(one.id)
+    return [
+        f"maneuver{'' if len(ids) == 1 else 's'} {', '.join(ids)}: {reason}"
+        for reason, ids in reasons.items()
+    ]
+
+
+def _exclusion_reason(maneuver: Maneuver, settings: CampaignSettings) -> str:
     moved = " and ".join(maneuver.inputs) or "nothing"
     if _moved_levers_only(maneuver) and settings.axis != "lat":
         return (
-            f"maneuver {maneuver.id} moved {moved}, which has no linear derivative, and is "
-            "excluded: free an effect of it, as in --model with propulsion.Cm.throttle and --free "
-            "propulsion.Cm.throttle.arm, or search for one with 'gsapp discrepancy'"
+            f"excluded, moved {moved}, which has no linear derivative: free an effect of it, as in "
+            "--model with propulsion.Cm.throttle and --free propulsion.Cm.throttle.arm, or search "
+            "for one with 'gsapp discrepancy'"
         )
-    return f"maneuver {maneuver.id} moved {moved} and is excluded from axis {settings.axis}" + (
+    return f"moved {moved}, excluded from axis {settings.axis}" + (
         "".join(f": {words}" for words in _unmeasured_surfaces_text(maneuver, settings.axis))
     )
 
