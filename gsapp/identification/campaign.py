@@ -121,9 +121,9 @@ def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignV
     for estimate in estimates:
         if estimate is None or not estimate.converged:
             continue
-        for name, one in estimate.derivatives.items():
-            if one.status == "estimated" and one.value is not None and one.std:
-                collected.setdefault(name, []).append((one.value, one.std, one.offset))
+        for name, (value, std) in estimate.estimated.items():
+            offset = estimate.derivatives[name].offset
+            collected.setdefault(name, []).append((value, std, offset))
     return {name: weighted_mean(*np.array(found).T) for name, found in collected.items()}
 
 

@@ -155,13 +155,23 @@ def advance_flags(flags: BoolArray, steps: float) -> BoolArray:
 def compensate_delays(block: Block, aircraft: Aircraft) -> Block:
     """Return a block with every channel at its right time; even spacing is assumed."""
     late = channel_delays(aircraft)
-    if len(block) < 2 or late.keys().isdisjoint(_base_ids(block)):
+    delays = {
+        name: late[base]
+        for name, base in zip(block.channels, _base_ids(block), strict=True)
+        if base in late
+    }
+    return advance_channels(block, delays)
+
+
+def advance_channels(block: Block, delays: Mapping[str, float]) -> Block:
+    """Return a block with some channels earlier, by their delays (s); even spacing is assumed."""
+    if len(block) < 2 or delays.keys().isdisjoint(block.channels):
         return block
-    dt = float(np.median(np.diff(block.times)))
+    dt = median_step(block.times)
     values = block.values.copy()
-    for column, name in enumerate(_base_ids(block)):
-        if name in late:
-            values[:, column] = advance_samples(values[:, column], late[name] / dt)
+    for column, name in enumerate(block.channels):
+        if name in delays:
+            values[:, column] = advance_samples(values[:, column], delays[name] / dt)
     return Block(channels=block.channels, times=block.times, values=values)
 
 

@@ -91,6 +91,15 @@ class Estimate:
     influences: tuple[ResponseInfluence, ...] = ()
     """Where a response contradicts the others (ML)."""
 
+    @property
+    def estimated(self) -> dict[str, tuple[float, float]]:
+        """Return value and bound of every derivative that was earned."""
+        return {
+            name: (one.value, one.std)
+            for name, one in self.derivatives.items()
+            if one.status == "estimated" and one.value is not None and one.std
+        }
+
     def value(self, name: str) -> float | None:
         """Return the value of a derivative; None where it was not earned."""
         found = self.derivatives.get(name)

@@ -26,8 +26,7 @@ from gsapp.identification.compatibility.settings import (
     CompatibilitySettings,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.record_preparation import advance_flags, advance_samples
-from gsapp.quantities import Block
+from gsapp.identification.record_preparation import advance_channels, advance_flags
 from gsapp.quantities.fields import Position
 
 
@@ -91,7 +90,7 @@ class InstrumentError:
     channel : str
     kind : {"position", "delay"}
     value, std : float
-        Distance of a vane ahead of its position in the aircraft file, m; delay, s (late: positive).
+        Distance of a vane ahead of its position in the aircraft file, m; delay, s.
     position : tuple of float or None
         Of a vane, from the CG of the aircraft file, m.
     alternatives : tuple of str
@@ -114,9 +113,8 @@ class InstrumentError:
         if self.alternatives:
             doubt = f" (these maneuvers do not rule out {' or '.join(self.alternatives)} instead)"
         if self.position is None:
-            way = "late" if self.value > 0.0 else "early"
             return (
-                f"{self.channel} appears to be {value} \N{PLUS-MINUS SIGN} {std} {way}{doubt}, and "
+                f"{self.channel} appears to be {value} \N{PLUS-MINUS SIGN} {std} late{doubt}, and "
                 "is used at its right time: state its lag or delay in the aircraft file"
             )
         side = "ahead of" if self.value > 0.0 else "behind"
@@ -167,33 +165,25 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
 
 def correct_instruments(maneuver: Maneuver, errors: Sequence[InstrumentError]) -> Maneuver:
     """Return a maneuver with its vanes where they were found and its channels on time."""
+    if not errors:
+        return maneuver
     sensors = maneuver.aircraft.sensors
-    block, clipped = maneuver.block, dict(maneuver.clipped)
+    delays = {one.channel: one.value for one in errors if one.kind == "delay"}
+    clipped = {
+        name: advance_flags(flags, delays[name] / maneuver.dt) if name in delays else flags
+        for name, flags in maneuver.clipped.items()
+    }
     for one in errors:
         if one.kind == "delay":
-            steps = one.value / maneuver.dt
-            block = _with_channel_advanced(block, one.channel, steps)
-            if one.channel in clipped:
-                clipped[one.channel] = advance_flags(clipped[one.channel], steps)
             continue
         name = f"{one.channel}_vane"
         vane = getattr(sensors, name)
         x, y, z = vane.position
         moved = vane.model_copy(update={"position": (x + one.value, y, z)})
         sensors = sensors.model_copy(update={name: moved})
-    if not errors:
-        return maneuver
     aircraft = maneuver.aircraft.model_copy(update={"sensors": sensors})
+    block = advance_channels(maneuver.block, delays)
     return replace(maneuver, aircraft=aircraft, block=block, clipped=clipped)
-
-
-def _with_channel_advanced(block: Block, channel: str, steps: float) -> Block:
-    if channel not in block:
-        return block
-    values = block.values.copy()
-    column = block.channels.index(channel)
-    values[:, column] = advance_samples(values[:, column], steps)
-    return Block(channels=block.channels, times=block.times, values=values)
 
 
 def _alternatives(

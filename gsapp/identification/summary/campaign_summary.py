@@ -138,9 +138,8 @@ def _estimated_values(one: ManeuverResult) -> dict[str, tuple[float, float, floa
     if estimate is None:
         return {}
     return {
-        name: (found.value, found.std, found.offset)
-        for name, found in estimate.derivatives.items()
-        if found.status == "estimated" and found.value is not None and found.std
+        name: (value, std, estimate.derivatives[name].offset)
+        for name, (value, std) in estimate.estimated.items()
     }
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gsapp.identification.campaign import CampaignResult, CampaignValue
-from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
 
 
@@ -26,7 +25,12 @@ def mean_covariance(
         for one in result.results
         if one.estimate is not None and one.estimate.converged
     ]
-    weights = np.array([[_weight(one, name) for name in names] for one in estimates])
+    weights = np.array(
+        [
+            [1.0 / found[name][1] ** 2 if name in found else 0.0 for name in names]
+            for found in (one.estimated for one in estimates)
+        ]
+    )
     total = weights.sum(axis=0) if estimates else np.zeros(len(names))
     together = np.zeros((len(names), len(names)))
     for one, own in zip(estimates, weights, strict=True):
@@ -41,9 +45,3 @@ def mean_covariance(
     np.fill_diagonal(correlation, 1.0)
     stds = np.array([values[name].std for name in names])
     return np.asarray(correlation * stds * stds[:, None], dtype=np.float64)
-
-
-def _weight(estimate: Estimate, name: str) -> float:
-    found = estimate.derivatives.get(name)
-    known = found is not None and found.status == "estimated" and found.std
-    return 1.0 / float(found.std) ** 2 if known and found is not None and found.std else 0.0

@@ -80,9 +80,7 @@ def compare_estimates(
 ) -> tuple[MethodComparison, ...]:
     """Return the derivatives of an estimate beside those of other methods, by method id."""
     every = {estimate.method: estimate, **others}
-    return _comparisons(
-        estimate.method, {method: _estimated_values(one) for method, one in every.items()}
-    )
+    return _comparisons(estimate.method, {method: one.estimated for method, one in every.items()})
 
 
 def compare_method_means(results: Sequence[ManeuverResult]) -> tuple[MethodComparison, ...]:
@@ -157,14 +155,6 @@ def _largest(values: Sequence[tuple[float, str]]) -> str:
     shown = [text for _, text in sorted(values, reverse=True)[: SUMMARY.max_named]]
     more = len(values) - len(shown)
     return "; ".join(shown) + (f"; and {more} more" if more else "")
-
-
-def _estimated_values(estimate: Estimate) -> dict[str, ValueWithBound]:
-    return {
-        name: (one.value, one.std)
-        for name, one in estimate.derivatives.items()
-        if one.status == "estimated" and one.value is not None and one.std
-    }
 
 
 def _comparisons(
