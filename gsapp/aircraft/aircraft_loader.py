@@ -68,3 +68,15 @@ def write_sensor_positions(path: Path, distances: Mapping[str, float]) -> None:
         across = sensor["position"][1:] if "position" in sensor else (f"{y:g} m", f"{z:g} m")
         sensor["position"] = [f"{ahead:.4g} m", *(str(one) for one in across)]
     write_atomically(path, tomlkit.dumps(document))
+
+
+def with_accuracy(text: str, accuracy: Mapping[str, str]) -> str:
+    """Return the text of an aircraft file with another section ``[accuracy]``.
+
+    `accuracy`: standard deviations with their units, by field of `Accuracy`; empty for no section.
+    """
+    document = tomlkit.parse(text)
+    document.pop("accuracy", None)
+    if accuracy:
+        document["accuracy"] = dict(accuracy)
+    return tomlkit.dumps(document)

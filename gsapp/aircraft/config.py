@@ -292,13 +292,17 @@ class Axles(StrictModel):
 
 
 class Accuracy(StrictModel):
-    """How well this file is known: standard deviations, for which bounds of derivatives allow."""
+    """How well this file is known: standard deviations, for which bounds of derivatives allow.
 
-    mass: Ratio = 0.0  # Share of the mass.
-    position: Length = 0.0  # Of each instrument, each axis, m.
-    delay: Time = 0.0  # Of each channel, s.
-    upwash: Ratio = 0.0  # Of each vane, share of its angle.
-    accelerometer_bias: Acceleration = 0.0  # Of each axis, m/s^2.
+    By default those of a small aircraft measured with tape, scale and protractor, without a
+    calibration of its vanes in flight.
+    """
+
+    mass: Ratio = 0.01  # Share of the mass.
+    position: Length = 0.02  # Of each instrument, each axis, m.
+    delay: Time = 0.01  # Of each channel, s: filters, sampling, transmission.
+    upwash: Ratio = 0.08  # Of each vane, share of its angle.
+    accelerometer_bias: Acceleration = 0.01 * GRAVITY  # Of each axis, m/s^2: leveled to 0.5 deg.
 
 
 class Aircraft(StrictModel):
@@ -314,6 +318,11 @@ class Aircraft(StrictModel):
     limits: Limits = Field(default_factory=Limits)
     axles: Axles = Field(default_factory=Axles)
     accuracy: Accuracy = Field(default_factory=Accuracy)
+
+    @property
+    def states_accuracy(self) -> bool:
+        """Return whether the file itself says how well it is known."""
+        return "accuracy" in self.model_fields_set
 
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""

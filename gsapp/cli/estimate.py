@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.run_execution import RunOutcome
     from gsapp.identification.summary import DerivativeSummary
 
-_FIXED, _EACH, _METHOD = 60, 22, 15
+_FIXED, _EACH, _METHOD = 71, 22, 15
 """Characters that the means take, each column of a maneuver's own, and each other method."""
 
 
@@ -155,10 +155,11 @@ def print_outcome(console: PlainConsole, outcome: RunOutcome) -> None:
         console.print_sentence(sentence, "yellow")
 
 
-_HEADINGS = ("mean", "bound", "noise", "disagreement", "n")
+_HEADINGS = ("mean", "bound", "noise", "systematic", "disagreement", "n")
 _LEGEND = (
-    "bound: standard error of the mean. Its parts: noise, and disagreement of maneuvers or methods "
-    "beyond their own bounds"
+    "bound: standard error of the mean. Its parts: noise; systematic, errors of instruments and "
+    "aircraft file that all maneuvers share; and disagreement of maneuvers or methods beyond their "
+    "own bounds"
 )
 
 
@@ -215,13 +216,14 @@ def _mean_cells(summary: DerivativeSummary | None) -> tuple[str, ...]:
     from gsapp.cli._console import format_value_and_bound
 
     if summary is None:
-        return ("unknown", "", "", "", "")
+        return ("unknown", *[""] * (len(_HEADINGS) - 1))
     value = summary.value
     mean, std = format_value_and_bound(value.mean, value.std)
-    noise, disagreement = (
-        format_value_and_bound(part, value.std)[0] for part in (value.noise, value.disagreement)
+    parts = (
+        format_value_and_bound(part, value.std)[0] if part else ""
+        for part in (value.noise, value.systematic, value.disagreement)
     )
-    return mean, std, noise, disagreement if value.disagreement else "", str(value.n)
+    return mean, std, *parts, str(value.n)
 
 
 def _method_cell(summary: DerivativeSummary | None, method: str) -> str | Text:

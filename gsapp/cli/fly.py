@@ -273,7 +273,7 @@ def _fill(
     settings: FlightSettings, folder: Path, *, name: str, console: PlainConsole
 ) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
-    from gsapp.aircraft import Accuracy, load_aircraft
+    from gsapp.aircraft.aircraft_loader import with_accuracy
     from gsapp.cli._console import write_json
     from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.virtual.downlink.flight_downlink import write_record
@@ -296,10 +296,9 @@ def _fill(
     if settings.dirt:
         dirt = settings.draw_dirt()
         write_json(folder / "dirt.json", dirt.as_dict())
+        # A crew knows what it does not know.
         own = flight.aircraft_file
-        if load_aircraft(own).accuracy == Accuracy():
-            # A crew knows what it does not know.
-            own.write_text(f"{own.read_text(encoding='utf-8')}\n{dirt.accuracy}", encoding="utf-8")
+        own.write_text(with_accuracy(own.read_text(encoding="utf-8"), dirt.accuracy), "utf-8")
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
     return downlink.truth(), show.progress

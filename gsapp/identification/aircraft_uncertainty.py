@@ -4,9 +4,10 @@ The noise of a record says nothing of an accelerometer three centimeters from wh
 it, of a gyro that is late, or of a mass that was guessed. All of these bend derivatives by more
 than the noise does, many without leaving a trace in the residuals: in p_dot z, for one, p_dot is as
 linear in beta, p and the deflections as the side force is. The file says how well it is known
-(``[accuracy]``). Each of its values is moved by its standard deviation, the estimate is made again,
-and the square of the change is added to the covariance. It is the same aircraft in every maneuver:
-this part of a bound does not shrink with their number (`DerivativeEstimate.offset`).
+(``[accuracy]``); of what it does not say, typical values are taken. Each value is moved by its
+standard deviation, the estimate is made again, and the square of the change is added to the
+covariance. It is the same aircraft in every maneuver: this part of a bound does not shrink with
+their number (`DerivativeEstimate.offset`).
 """
 
 from __future__ import annotations
@@ -86,14 +87,52 @@ def _of_axis(aircraft: Aircraft, axis: Axis, compares_responses: bool) -> Iterat
             )
 
 
-def add_aircraft_uncertainty(
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AircraftUncertainty:
+    """What the accuracy of the aircraft file does to derivatives."""
+
+    changes: Mapping[str, Mapping[str, float]]
+    """Of each derivative, by what was moved by its standard deviation, in words."""
+    is_stated: bool  # Whether by the aircraft file.
+
+    def added_to(self, found: Estimate) -> Estimate:
+        """Return an estimate whose bounds allow for it."""
+        if not self.changes or not found.free or not found.converged:
+            return found
+        added = np.zeros_like(found.covariance)
+        shares: dict[str, FloatArray] = {}
+        for title, moved in self.changes.items():
+            change = np.array([moved.get(name, 0.0) for name in found.free])
+            added += np.outer(change, change)
+            shares[title] = change**2
+        covariance = found.covariance + added
+        derivatives = dict(found.derivatives)
+        for place, name in enumerate(found.free):
+            one = derivatives[name]
+            derivatives[name] = replace(
+                one,
+                std=float(np.sqrt(covariance[place, place])),
+                offset=float(np.hypot(one.offset, np.sqrt(added[place, place]))),
+            )
+        told = _largest_parts_text(
+            found.free, shares, covariance.diagonal(), is_stated=self.is_stated
+        )
+        return replace(
+            found,
+            derivatives=derivatives,
+            covariance=covariance,
+            warnings=(*found.warnings, *told),
+        )
+
+
+def aircraft_uncertainty(
     found: Estimate,
     maneuvers: Sequence[Maneuver],
     estimate: Callable[[Sequence[Maneuver]], Estimate],
     *,
     compares_responses: bool,
-) -> Estimate:
-    """Return an estimate whose bounds allow for the accuracy that the aircraft file states.
+) -> AircraftUncertainty:
+    """Return what the accuracy of the aircraft file does to the derivatives of an estimate.
 
     Parameters
     ----------
@@ -104,48 +143,29 @@ def add_aircraft_uncertainty(
     compares_responses : bool
         Whether its method fits responses, not coefficients.
     """
-    values = uncertain_values(
-        maneuvers[0].aircraft, found.axis, compares_responses=compares_responses
-    )
-    if not values or not found.free or not found.converged:
-        return found
-    added = np.zeros_like(found.covariance)
-    shares: dict[str, FloatArray] = {}
-    for one in values:
+    aircraft = maneuvers[0].aircraft
+    values = uncertain_values(aircraft, found.axis, compares_responses=compares_responses)
+    changes: dict[str, Mapping[str, float]] = {}
+    for one in values if found.free and found.converged else ():
         try:
             moved = estimate([one.move(maneuver) for maneuver in maneuvers])
         except FlightError:
             continue
-        if not moved.converged:
-            continue
-        change = np.array(
-            [
-                0.0 if (other := moved.value(name)) is None else other - (found.value(name) or 0.0)
+        if moved.converged:
+            changes[one.title] = {
+                name: other - (found.value(name) or 0.0)
                 for name in found.free
-            ]
-        )
-        added += np.outer(change, change)
-        shares[one.title] = change**2
-    covariance = found.covariance + added
-    derivatives = dict(found.derivatives)
-    for place, name in enumerate(found.free):
-        one_derivative = derivatives[name]
-        derivatives[name] = replace(
-            one_derivative,
-            std=float(np.sqrt(covariance[place, place])),
-            offset=float(np.hypot(one_derivative.offset, np.sqrt(added[place, place]))),
-        )
-    told = _largest_parts_text(found.free, shares, covariance.diagonal())
-    return replace(
-        found,
-        derivatives=derivatives,
-        covariance=covariance,
-        warnings=(*found.warnings, *told),
-    )
+                if (other := moved.value(name)) is not None
+            }
+    return AircraftUncertainty(changes=changes, is_stated=aircraft.states_accuracy)
 
 
 def _largest_parts_text(
-    names: Sequence[str], shares: Mapping[str, FloatArray], variances: FloatArray
+    names: Sequence[str],
+    shares: Mapping[str, FloatArray],
+    variances: FloatArray,
+    *,
+    is_stated: bool,
 ) -> Iterator[str]:
     """Say what to measure: values that make more than half the variance of some derivatives."""
     for title, part in shares.items():
@@ -153,7 +173,8 @@ def _largest_parts_text(
         if ruled:
             yield (
                 f"the bounds of {', '.join(ruled)} come mostly from the {title}, as uncertain as "
-                "the aircraft file states: measure it for smaller bounds"
+                + ("the aircraft file states" if is_stated else "on a typical aircraft")
+                + ": measure it for smaller bounds"
             )
 
 

@@ -19,7 +19,7 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
-from gsapp.identification.aircraft_uncertainty import add_aircraft_uncertainty
+from gsapp.identification.aircraft_uncertainty import AircraftUncertainty, aircraft_uncertainty
 from gsapp.identification.axes import (
     AXIS_SURFACES,
     Axis,
@@ -45,7 +45,9 @@ from gsapp.identification.estimate_corrections import (
 from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.filter_error import estimator as filter_error
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood.settings import ML_ALGORITHM
 from gsapp.identification.methods import (
+    DEFAULT_METHOD,
     compares_coefficients,
     estimation_method,
     estimation_methods,
@@ -80,13 +82,15 @@ class CampaignValue:
     the number of maneuvers."""
     scatter: float | None  # Sample deviation; None for one value.
     n: int
+    systematic: float = 0.0
+    """The part of `std` that all maneuvers have in common: instruments and the aircraft file."""
     disagreement: float = 0.0
     """The part of `std` by which maneuvers, or methods, differ beyond their own bounds."""
 
     @property
     def noise(self) -> float:
         """Return the part of `std` that comes from noise."""
-        return math.sqrt(max(self.std**2 - self.disagreement**2, 0.0))
+        return math.sqrt(max(self.std**2 - self.systematic**2 - self.disagreement**2, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -136,9 +140,11 @@ def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> 
     own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
     weights = 1.0 / own
     weights /= weights.sum()
+    systematic = float(weights @ offsets)
     return CampaignValue(
         mean=float(weights @ values),
-        std=math.sqrt(float(weights**2 @ own) + float(weights @ offsets) ** 2),
+        std=math.sqrt(float(weights**2 @ own) + systematic**2),
+        systematic=systematic,
         scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
         n=len(values),
     )
@@ -156,6 +162,8 @@ class EstimationTask:
     start: Mapping[str, float]  # Start values, where some are known.
     assumed_constants: Mapping[str, AssumedConstant]
     """For channels that a maneuver lacks and the user gave no constant for, SI."""
+    values_only: bool = False
+    """Whether bounds and judgment do not count, and what takes time for them can be left out."""
 
     @property
     def model(self) -> Model | None:
@@ -187,7 +195,12 @@ def estimate_by_equation_error(task: EstimationTask) -> Estimate:
 def estimate_by_maximum_likelihood(task: EstimationTask) -> Estimate:
     """Estimate by maximum likelihood (output error)."""
     likelihood, beside = _likelihood_settings(task)
-    found = ml.estimate(task.maneuvers, likelihood, assumed=task.assumed_constants)
+    found = ml.estimate(
+        task.maneuvers,
+        likelihood,
+        assumed=task.assumed_constants,
+        values_only=task.values_only,
+    )
     return _without(found, beside)
 
 
@@ -271,80 +284,159 @@ def _without(estimate: Estimate, names: Sequence[str]) -> Estimate:
 _ROUGH_AIR_TEXT = (
     "the residuals of maximum likelihood show turbulence; the values are by filter error"
 )
+_TYPICAL_ACCURACY_TEXT = (
+    "the aircraft file does not say how well it is known ([accuracy]): bounds allow for typical "
+    "errors of mass, positions, delays, upwash and accelerometer zeros"
+)
 _NO_EXCITATION_TEXT = (
     "no surface moved as an input: no excitation; fly a doublet, or choose another time window"
 )
 
 
-def fit_maneuver(
-    maneuver: Maneuver,
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> ManeuverResult:
-    """Fit one maneuver, by the other quick methods, too; in gusts by filter error.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointFit:
+    """Maneuvers of one axis to be fitted together; one maneuver by itself is such a fit, too."""
 
-    Parameters as of `fit_maneuvers_jointly`.
-    """
-    try:
-        estimate = _fit_with_accuracy((maneuver,), axis, settings, means, known)
-    except FlightError as error:
-        return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
-    if not maneuver.inputs:
-        estimate = replace(estimate, warnings=(_NO_EXCITATION_TEXT, *estimate.warnings))
-        return ManeuverResult(maneuver=maneuver, estimate=estimate)
-    comparisons, failures = _fit_by_other_methods((maneuver,), axis, settings, means, known)
-    if estimate.gusty_maneuvers and not settings.single_method:
-        calm = estimate
-        try:
-            estimate = _fit_in_gusts((maneuver,), axis, settings, means, known)
-            comparisons = {calm.method: calm, **comparisons}
-        except FlightError as error:
-            failures = (*failures, f"no filter-error estimate: {error}")
-    estimate = replace(estimate, warnings=(*estimate.warnings, *failures))
-    return ManeuverResult(maneuver=maneuver, estimate=estimate, comparisons=comparisons)
+    maneuvers: tuple[Maneuver, ...]
+    axis: Axis
+    settings: CampaignSettings
+    means: Mapping[str, CampaignValue]  # Of the maneuvers that were fitted before.
+    known: Mapping[str, AssumedConstant]  # For what was not measured.
+    values_only: bool = False  # As of `EstimationTask`.
 
+    def by_all_methods(self) -> tuple[Estimate, dict[str, Estimate]]:
+        """Return the estimate, in gusts by filter error, and those beside it by method.
 
-def _fit_in_gusts(
-    maneuvers: Sequence[Maneuver],
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> Estimate:
-    """Return the filter-error estimate that takes the place of maximum likelihood.
+        Bounds of the estimate allow for the accuracy of the aircraft file. Those beside it keep
+        their own: what the file has wrong is wrong for all of them.
 
-    Raises `FlightError` if there is none.
-    """
-    by_filter = settings.with_changes(method="fem")
-    found = fit_maneuvers_jointly(maneuvers, axis, by_filter, means, known)
-    if not found.converged:
-        raise FlightError(found.message)
-    return replace(
-        found,
-        gusty_maneuvers=tuple(one.id for one in maneuvers),
-        warnings=(_ROUGH_AIR_TEXT, *found.warnings),
-    )
+        Raises `FlightError` if nothing can be estimated.
+        """
+        found = self.estimate()
+        if not any(one.inputs for one in self.maneuvers):
+            return replace(found, warnings=(_NO_EXCITATION_TEXT, *found.warnings)), {}
+        others, failures = self._by_other_methods()
+        uncertainty = self._aircraft_uncertainty(found, others)
+        calm = uncertainty.added_to(found)
+        estimate = calm
+        if found.gusty_maneuvers and not self.settings.single_method:
+            try:
+                estimate = uncertainty.added_to(self._in_gusts())
+                others = {calm.method: calm, **others}
+            except FlightError as error:
+                failures = (*failures, f"no filter-error estimate: {error}")
+        return replace(estimate, warnings=(*estimate.warnings, *failures)), others
 
+    def estimate(self) -> Estimate:
+        """Estimate; what is known and what is found are about the aircraft file's CG.
 
-def _fit_by_other_methods(
-    maneuvers: Sequence[Maneuver],
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> tuple[dict[str, Estimate], tuple[str, ...]]:
-    """Return estimates by method, and why a method gave none; parameters as of the joint fit."""
-    found: dict[str, Estimate] = {}
-    failures = []
-    for method in comparison_methods(settings):
-        chosen = settings.with_changes(method=method)
-        try:
-            found[method] = fit_maneuvers_jointly(maneuvers, axis, chosen, means, known)
-        except FlightError as error:
-            failures.append(f"no comparison with {short_method_title(method)}: {error}")
-    return found, tuple(failures)
+        The fit itself balances moments about the CG as flown.
+
+        Raises `FlightError` if nothing can be estimated.
+        """
+        shift = common_cg_shift(self.maneuvers)
+        if shift == NO_CG_SHIFT:
+            return self._estimate_about_flown_cg()
+        geometry = self.maneuvers[0].aircraft.geometry
+        settings = self.settings
+        model = settings.known_model
+        values = (
+            {name: one.mean for name, one in self.means.items()}
+            if model is None
+            else model.derivatives
+        )
+        priors = derivatives_about_flown_cg(
+            {name: value for name, (value, _) in settings.priors.items()}, shift, geometry, values
+        )
+        about_flown_cg = settings.with_changes(
+            known_model=None if model is None else model_about_flown_cg(model, shift, geometry),
+            priors={name: (value, settings.priors[name][1]) for name, value in priors.items()},
+            held=derivatives_about_flown_cg(settings.held, shift, geometry, values),
+        )
+        means = {
+            name: replace(self.means[name], mean=mean)
+            for name, mean in derivatives_about_flown_cg(
+                {name: one.mean for name, one in self.means.items()}, shift, geometry
+            ).items()
+        }
+        moved = replace(self, settings=about_flown_cg, means=means)
+        return estimate_about_file_cg(moved._estimate_about_flown_cg(), shift, geometry)
+
+    def _estimate_about_flown_cg(self) -> Estimate:
+        settings, means, axis = self.settings, self.means, self.axis
+        inputs = {surface for one in self.maneuvers for surface in one.inputs}
+        free = free_derivatives(axis, inputs) if settings.free is None else settings.free
+        names = axis_derivatives(axis)
+        held = dict(settings.held)
+        if settings.known_model is None:
+            held = {**{n: means[n].mean for n in names if n in means and n not in free}, **held}
+        derivatives = tuple(name for name in free if name in names and name not in settings.held)
+        needed = required_constants(self.maneuvers, self.known, settings.stand_ins)
+        # Equation error begins poorly where a flow angle is missing; the others' means begin well.
+        start = {name: means[name].mean for name in derivatives if needed and name in means}
+        task = EstimationTask(
+            maneuvers=self.maneuvers,
+            axis=axis,
+            settings=settings,
+            free=derivatives,
+            held=held,
+            start={**start, **settings.start},
+            assumed_constants=needed,
+            values_only=self.values_only,
+        )
+        return estimation_method(settings.method).estimate(task)
+
+    def _with_settings(self, **changes: object) -> JointFit:
+        return replace(self, settings=self.settings.with_changes(**changes))
+
+    def _by_other_methods(self) -> tuple[dict[str, Estimate], tuple[str, ...]]:
+        """Return estimates by method, and why a method gave none."""
+        found: dict[str, Estimate] = {}
+        failures = []
+        for method in comparison_methods(self.settings):
+            try:
+                found[method] = self._with_settings(method=method).estimate()
+            except FlightError as error:
+                failures.append(f"no comparison with {short_method_title(method)}: {error}")
+        return found, tuple(failures)
+
+    def _in_gusts(self) -> Estimate:
+        """Return the filter-error estimate that takes the place of maximum likelihood.
+
+        Raises `FlightError` if there is none.
+        """
+        found = self._with_settings(method="fem").estimate()
+        if not found.converged:
+            raise FlightError(found.message)
+        return replace(
+            found,
+            gusty_maneuvers=tuple(one.id for one in self.maneuvers),
+            warnings=(_ROUGH_AIR_TEXT, *found.warnings),
+        )
+
+    def _aircraft_uncertainty(
+        self, found: Estimate, others: Mapping[str, Estimate]
+    ) -> AircraftUncertainty:
+        """Return what the accuracy of the aircraft file does to the derivatives of an estimate.
+
+        A method that takes long has it of maximum likelihood.
+        """
+        method = self.settings.method
+        if not estimation_method(method).is_quick:
+            method = DEFAULT_METHOD
+            found = others.get(method) or self._with_settings(method=method).estimate()
+        near = {name: value for name, (value, _) in found.estimated.items()}
+        # These fits begin close to where they end: most take one step.
+        again = replace(
+            self._with_settings(method=method, start=near, tolerance=ML_ALGORITHM.repeat_tolerance),
+            values_only=True,
+        )
+        return aircraft_uncertainty(
+            found,
+            self.maneuvers,
+            lambda moved: replace(again, maneuvers=tuple(moved)).estimate(),
+            compares_responses=not compares_coefficients(method),
+        )
 
 
 def comparison_methods(settings: CampaignSettings) -> tuple[str, ...]:
@@ -356,99 +448,6 @@ def comparison_methods(settings: CampaignSettings) -> tuple[str, ...]:
         one.id
         for one in estimation_methods().values()
         if one.is_quick and one.id != settings.method and given <= one.settings
-    )
-
-
-def fit_maneuvers_jointly(
-    maneuvers: Sequence[Maneuver],
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> Estimate:
-    """Estimate from maneuvers of one axis; what is known and what is found are about the file's CG.
-
-    The fit itself balances moments about the CG as flown.
-
-    `means`: of the maneuvers that were fitted before.
-    `known`: for what was not measured.
-
-    Raises `FlightError` if nothing can be estimated from them.
-    """
-    shift = common_cg_shift(maneuvers)
-    if shift == NO_CG_SHIFT:
-        return _estimate_about_cg(maneuvers, axis, settings, means, known)
-    geometry = maneuvers[0].aircraft.geometry
-    model = settings.known_model
-    values = {name: one.mean for name, one in means.items()} if model is None else model.derivatives
-    priors = derivatives_about_flown_cg(
-        {name: value for name, (value, _) in settings.priors.items()}, shift, geometry, values
-    )
-    about_flown_cg = settings.with_changes(
-        known_model=None if model is None else model_about_flown_cg(model, shift, geometry),
-        priors={name: (value, settings.priors[name][1]) for name, value in priors.items()},
-        held=derivatives_about_flown_cg(settings.held, shift, geometry, values),
-    )
-    held_means = {
-        name: replace(means[name], mean=mean)
-        for name, mean in derivatives_about_flown_cg(
-            {name: one.mean for name, one in means.items()}, shift, geometry
-        ).items()
-    }
-    found = _estimate_about_cg(maneuvers, axis, about_flown_cg, held_means, known)
-    return estimate_about_file_cg(found, shift, geometry)
-
-
-def _estimate_about_cg(
-    maneuvers: Sequence[Maneuver],
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> Estimate:
-    inputs = {surface for one in maneuvers for surface in one.inputs}
-    free = free_derivatives(axis, inputs) if settings.free is None else settings.free
-    names = axis_derivatives(axis)
-    held = dict(settings.held)
-    if settings.known_model is None:
-        held = {**{n: means[n].mean for n in names if n in means and n not in free}, **held}
-    derivatives = tuple(name for name in free if name in names and name not in settings.held)
-    needed = required_constants(maneuvers, known, settings.stand_ins)
-    # Equation error begins poorly where a flow angle is missing; the others' means begin well.
-    start = {name: means[name].mean for name in derivatives if needed and name in means}
-    task = EstimationTask(
-        maneuvers=tuple(maneuvers),
-        axis=axis,
-        settings=settings,
-        free=derivatives,
-        held=held,
-        start={**start, **settings.start},
-        assumed_constants=needed,
-    )
-    return estimation_method(settings.method).estimate(task)
-
-
-def _fit_with_accuracy(
-    maneuvers: Sequence[Maneuver],
-    axis: Axis,
-    settings: CampaignSettings,
-    means: Mapping[str, CampaignValue],
-    known: Mapping[str, AssumedConstant],
-) -> Estimate:
-    """Return the estimate with bounds that allow for the accuracy of the aircraft file.
-
-    Parameters as of `fit_maneuvers_jointly`. Methods beside it keep their own bounds: what the file
-    has wrong is wrong for all of them.
-    """
-    found = fit_maneuvers_jointly(maneuvers, axis, settings, means, known)
-    near = {name: value for name in found.free if (value := found.value(name)) is not None}
-    # Of these fits values alone count, which begin close to where they end.
-    again = settings.with_changes(start=near, bound_factor=1.0, tolerance=1e-5)
-    return add_aircraft_uncertainty(
-        found,
-        maneuvers,
-        lambda moved: fit_maneuvers_jointly(moved, axis, again, means, known),
-        compares_responses=not compares_coefficients(settings.method),
     )
 
 
@@ -482,6 +481,10 @@ def run_campaign(
     remarks += dict.fromkeys(
         f"{one.flight}: {sentence}" for one, _ in chosen for sentence in one.remarks
     )
+    silent = dict.fromkeys(
+        one.aircraft.name for one, _ in chosen if not one.aircraft.states_accuracy
+    )
+    remarks += [f"{name}: {_TYPICAL_ACCURACY_TEXT}" for name in silent]
     if any(one.cg_shift != NO_CG_SHIFT for one, _ in chosen):
         remarks.append("moment derivatives are given about the aircraft file's CG")
     if not chosen:
@@ -502,22 +505,23 @@ def run_campaign(
             if rounds[place] != now:
                 continue
             _report_progress(progress, done, total, f"maneuver {one.id}")
-            found[place] = fit_maneuver(one, axis, settings, means, known)
+            fit = JointFit(maneuvers=(one,), axis=axis, settings=settings, means=means, known=known)
+            try:
+                estimate, others = fit.by_all_methods()
+                found[place] = ManeuverResult(maneuver=one, estimate=estimate, comparisons=others)
+            except FlightError as error:
+                found[place] = ManeuverResult(maneuver=one, estimate=None, failure=str(error))
             done += 1
         means = campaign_values([result.estimate for result in found.values()])
     joint: list[Estimate] = []
     comparisons: list[Mapping[str, Estimate]] = []
     for axis, together in groups:
         _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
+        fit = JointFit(maneuvers=together, axis=axis, settings=settings, means=means, known=known)
         try:
-            estimate = _fit_with_accuracy(together, axis, settings, means, known)
-            others, failures = _fit_by_other_methods(together, axis, settings, means, known)
-            if estimate.gusty_maneuvers and not settings.single_method:
-                others = {estimate.method: estimate, **others}
-                estimate = _fit_in_gusts(together, axis, settings, means, known)
+            estimate, others = fit.by_all_methods()
             joint.append(estimate)
             comparisons.append(others)
-            remarks += failures
         except FlightError as error:
             remarks.append(f"the joint fit failed: {error}")
         done += 1

@@ -131,7 +131,13 @@ def _derivative(one: DerivativeEstimate) -> dict[str, Any]:
 
 def value_json(one: CampaignValue) -> dict[str, Any]:
     """Return a mean with its standard error, scatter and count."""
-    return {"mean": one.mean, "std": one.std, "scatter": _number(one.scatter), "n": one.n}
+    return {
+        "mean": one.mean,
+        "std": one.std,
+        "systematic": one.systematic,
+        "scatter": _number(one.scatter),
+        "n": one.n,
+    }
 
 
 def _joint(result: CampaignResult) -> dict[str, Any] | None:

@@ -45,17 +45,14 @@ DIRT_KINDS: Final[Mapping[str, str]] = MappingProxyType(
 )
 """Each kind with what it draws."""
 
-_ACCURACY: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        "positions": 'position = "3 cm"',
-        "lags": 'delay = "15 ms"',
-        "clock": 'delay = "15 ms"',
-        "upwash": 'upwash = "10 %"',
-        "accelerometers": 'accelerometer_bias = "0.02 g"',
-        "mass": 'mass = "3 %"',
-    }
+_ACCURACY: Final = (
+    ("mass", 3, "%", ("mass",)),
+    ("position", 3, "cm", ("positions",)),
+    ("delay", 15, "ms", ("lags", "clock")),
+    ("upwash", 10, "%", ("upwash",)),
+    ("accelerometer_bias", 0.02, "g", ("accelerometers",)),
 )
-"""Standard deviations of what is drawn, in the words of an aircraft file."""
+"""What an aircraft file states of its accuracy: standard deviation, unit, kinds that draw it."""
 _LAGGED: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V", "de", "da", "dr")
 _COARSE: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "de", "da", "dr")
 _POSITIONED: Final = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
@@ -139,10 +136,12 @@ class Dirt:
         )
 
     @property
-    def accuracy(self) -> str:
-        """Return the section of the aircraft file in which a crew says what it does not know."""
-        stated = dict.fromkeys(_ACCURACY[kind] for kind in self.kinds if kind in _ACCURACY)
-        return "\n".join(("[accuracy]", *stated, "")) if stated else ""
+    def accuracy(self) -> dict[str, str]:
+        """Return how well the aircraft file is known, in the words of its own section."""
+        return {
+            name: f"{std if set(kinds) & set(self.kinds) else 0} {unit}"
+            for name, std, unit, kinds in _ACCURACY
+        }
 
     def throttle_offset(self, time: float) -> float:
         """Return what is added to the throttle at a time (s)."""

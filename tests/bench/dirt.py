@@ -8,7 +8,7 @@ error over bound 0.8 to 1.5 for every derivative given, at most 0.5 % of the num
 than five bounds.
 
 The aircraft file states how well it is known (``[accuracy]``), as far as the dirt concerns it; with
-``--plain`` it does not.
+``--plain`` it does not, and typical values count.
 
 bench dirt [COUNT] [KINDS|each] [FIRST]: 200 flights with all kinds by default; ``each`` switches on
 none, one kind after the other, and all, in flights of JSBSim; FIRST is the first seed.
@@ -31,7 +31,7 @@ import numpy as np
 
 from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT, with_accuracy
 from gsapp.cli._console import PlainConsole
 from gsapp.cli.fly import write_folder
 from gsapp.dynamics.model import load_model
@@ -220,12 +220,12 @@ def write_csv(path: Path, block: Block, dirt: Dirt, random: np.random.Generator)
 
 def write_aircraft(folder: Path, dirt: Dirt, mass_factor: float, *, plain: bool) -> str:
     """Write the aircraft file that the crew has, with a mass that is not true."""
-    text = SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8")
+    text = with_accuracy(SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8"), {})
     mass = load_aircraft("b777").mass.mass / mass_factor
     text, count = re.subn(r'(?m)^mass = ".*"', f'mass = "{mass:.6f} kg"', text)
     assert count == 1
     if not plain:
-        text += f"\n{dirt.accuracy}"
+        text = with_accuracy(text, dirt.accuracy)
     path = folder / f"b777-{dirt.seed}.toml"
     path.write_text(text, encoding="utf-8")
     return str(path)

@@ -14,6 +14,8 @@ from gsapp.identification.results import Estimate
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import Virtual, edited, fly
 
+EXACT = load_aircraft("b777").accuracy
+
 
 @pytest.fixture(scope="module")
 def lateral() -> Virtual:
@@ -21,8 +23,11 @@ def lateral() -> Virtual:
 
 
 def _with(maneuver: Maneuver, **accuracy: float | str) -> Maneuver:
-    aircraft = maneuver.aircraft.model_copy(update={"accuracy": Accuracy(**accuracy)})
-    return replace(maneuver, aircraft=aircraft)
+    """Return a maneuver of an aircraft that is known exactly but for what is named."""
+    stated = EXACT.model_copy(
+        update={name: getattr(Accuracy(**{name: std}), name) for name, std in accuracy.items()}
+    )
+    return replace(maneuver, aircraft=maneuver.aircraft.model_copy(update={"accuracy": stated}))
 
 
 def _estimate(maneuver: Maneuver, method: str) -> Estimate:
@@ -64,8 +69,36 @@ def test_the_common_part_does_not_shrink_in_a_mean(lateral: Virtual) -> None:
     assert found.std > 0.05 * abs(found.mean)
 
 
-def test_a_file_that_states_nothing_changes_nothing() -> None:
-    assert load_aircraft("b777").accuracy == Accuracy()
+def test_what_a_file_does_not_state_is_typical(lateral: Virtual) -> None:
+    """Bounds allow for it, and it is said; the virtual aircraft is known exactly."""
+    aircraft = load_aircraft("b777")
+    assert aircraft.states_accuracy
+    assert not any(EXACT.model_dump().values())
+    silent = aircraft.model_copy(update={"accuracy": Accuracy()})
+    silent.model_fields_set.discard("accuracy")
+    maneuver = replace(lateral.maneuver, aircraft=silent)
+    exact, typical = (
+        run_campaign([one], CampaignSettings(method="ee")) for one in (lateral.maneuver, maneuver)
+    )
+    assert len(typical.remarks) == len(exact.remarks) + 1
+    for name, one in exact.values.items():
+        other = typical.values[name]
+        assert other.mean == one.mean
+        assert other.std > one.std
+        assert other.noise == pytest.approx(one.noise)
+
+
+def test_filter_error_allows_for_what_maximum_likelihood_does() -> None:
+    """It takes too long to be repeated; what a late gyro does is much the same."""
+    flown = fly(23, "lat", gust=0.3)
+    maneuver = _with(flown.maneuver, delay="15 ms")
+    (result,) = run_campaign([maneuver], CampaignSettings()).results
+    assert result.estimate is not None
+    assert result.estimate.method == "fem"
+    calm = result.comparisons["ml"]
+    for name in ("Cl_p", "Cl_da"):
+        shared = result.estimate.derivatives[name].offset
+        assert shared == calm.derivatives[name].offset > 0.0
 
 
 def test_air_data_in_bursts_are_bridged() -> None:

@@ -37,6 +37,7 @@ def estimate(
     *,
     assumed: Mapping[str, AssumedConstant] = MappingProxyType({}),
     progress: FitProgressCallback | None = None,
+    values_only: bool = False,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several in one joint fit.
 
@@ -49,6 +50,9 @@ def estimate(
         with each of them moved.
     progress : callable, optional
         Called after every iteration; returning False stops the fit where it is.
+    values_only : bool
+        Leave out what takes time beside the values: bounds corrected for colored residuals, tests
+        of single responses, signs.
 
     Raises
     ------
@@ -56,6 +60,13 @@ def estimate(
         If the maneuvers hold too little to fit anything, or the model diverges.
     """
     return estimate_with_constants(
-        lambda values: fit(maneuvers, settings.with_stand_ins(values), progress=progress).estimate,
+        lambda values: (
+            fit(
+                maneuvers,
+                settings.with_stand_ins(values),
+                progress=progress,
+                values_only=values_only,
+            ).estimate
+        ),
         assumed,
     )

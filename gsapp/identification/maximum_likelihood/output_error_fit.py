@@ -53,6 +53,7 @@ def fit(
     settings: MLSettings,
     *,
     progress: FitProgressCallback | None = None,
+    values_only: bool = False,
 ) -> MLSolution:
     """Fit one maneuver, or several together, and keep everything; arguments as `estimate`."""
     if not maneuvers:
@@ -62,7 +63,9 @@ def fit(
     solver = Solver(problem, settings, progress)
     _check_sample_count(problem, solver)
     solved = _solve_or_restart(maneuvers, settings, problem, solver)
-    solution = build_solution(problem, solver, solved, settings)
+    solution = build_solution(problem, solver, solved, settings, values_only=values_only)
+    if values_only:
+        return solution
     signs = suspicious_signs(solution.estimate)
     unseen = any(
         True

@@ -25,6 +25,9 @@ class MLAlgorithmSettings:
     min_peak_to_noise: float = 9.0  # Of smoothed white noise in a long record: less.
 
     # Gauss-Newton and Levenberg-Marquardt.
+    repeat_tolerance: float = 1e-3
+    """Promised decrease of |dJ/J| below which a fit to a slightly changed record takes one step:
+    derivatives change by what they should within 0.5 %."""
     eigenvalue_tolerance: float = 1e-11  # Of the largest: smaller count as zero.
     acceptable_tolerance: float = 1e-4  # Seanor's |dJ/J|: converged if nothing helps.
     cost_rounding: float = 1e-8  # Relative rounding of the cost: steps go unchecked.

@@ -184,9 +184,14 @@ class MLSolution:
 
 
 def build_solution(
-    problem: EstimationProblem, solver: Solver, solved: SolverResult, settings: MLSettings
+    problem: EstimationProblem,
+    solver: Solver,
+    solved: SolverResult,
+    settings: MLSettings,
+    *,
+    values_only: bool = False,
 ) -> MLSolution:
-    """Make the solution of a solved problem."""
+    """Make the solution of a solved problem; with `values_only`, uncorrected bounds suffice."""
     weights = solver.weights(solved.point)
     parts = tuple(
         _maneuver_residuals(problem, index, solved, weights[index])
@@ -200,14 +205,14 @@ def build_solution(
         if name in names:
             prior[names.index(name), names.index(name)] = 1.0 / std**2
     data = [part.bounds_part for part in parts]
-    if settings.bound_factor is not None:
-        honest = settings.bound_factor**2 * plain
+    if values_only or settings.bound_factor is not None:
+        honest = (settings.bound_factor or 1.0) ** 2 * plain
     else:
         honest = joint_covariance(
             data, len(names), lags=settings.lags, prior=prior if settings.priors else None
         )
     estimate = _estimate(problem, solved, parts, H, honest, plain, settings)
-    if estimate.converged and settings.noise == "diagonal":
+    if estimate.converged and settings.noise == "diagonal" and not values_only:
         estimate = _with_influences(estimate, parts, names, prior)
     return MLSolution(
         settings=settings,

@@ -103,6 +103,9 @@ class DerivativePoint:
     std: float
     """Per radian; the honest bound."""
     offset: float  # The part of `std` that all points have in common.
+    random_std: float
+    """The part that scatters. All of `std` for a constant: the zero of an instrument, which its
+    offset comes from, may be another tomorrow."""
     conditions: Mapping[str, float]
     """Means before the input (SI) of those of `CONDITIONS` that were measured."""
 
@@ -127,6 +130,7 @@ def collect_points(
                 value=value,
                 std=std,
                 offset=offset,
+                random_std=std if name.endswith("_0") else math.sqrt(max(std**2 - offset**2, 0.0)),
                 conditions=conditions,
             )
             found.setdefault(name, []).append(point)
@@ -156,8 +160,8 @@ def mean_conditions(maneuver: Maneuver) -> dict[str, float]:
 
 
 def values_and_stds(points: tuple[DerivativePoint, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return values and bounds, each of shape (n,)."""
-    return np.array([one.value for one in points]), np.array([one.std for one in points])
+    """Return values and what they may scatter, each of shape (n,)."""
+    return np.array([one.value for one in points]), np.array([one.random_std for one in points])
 
 
 _MIN_SPREAD: Final = {"V": 2.0, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
@@ -435,10 +439,11 @@ def _summarize(
     points = tuple(one for one in every if one.maneuver not in without)
     off = detect_outliers(points, count)
     kept = tuple(one for place, one in enumerate(points) if place not in off)
-    values, stds = values_and_stds(kept)
-    offsets = np.array([one.offset for one in kept])
-    # What all have in common does not scatter, and an instrument's zero may be another tomorrow.
-    told = None if offsets.any() else assess_bound_consistency(values, stds)
+    values, random_stds = values_and_stds(kept)
+    stds, offsets = np.array([(one.std, one.offset) for one in kept]).T
+    told = None
+    if not (name.endswith("_0") and offsets.any()):
+        told = assess_bound_consistency(values, random_stds)
     between = 0.0 if told is None else told.between_maneuver_std
     return DerivativeSummary(
         name=name,
