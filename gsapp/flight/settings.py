@@ -37,6 +37,7 @@ class FlightDataSettings:
     max_idle_rows: float = 8.0  # Rows of a file from sample to sample of its quickest channel.
     max_clock_jump: float = 1.0  # Seconds by which a stamp may be off its neighbors ...
     clock_neighbors: int = 5  # ... so many of which tell where it should be.
+    max_late_stamps: float = 0.02  # Share of the samples that may be set aside as out of order.
     max_stamp_offset: float = 10.0
     """Seconds by which a stamp may be off those of other messages beside it in a log: slow
     messages are stamped when they were sent last."""

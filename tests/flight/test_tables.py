@@ -446,7 +446,7 @@ def test_a_structure_that_lacks_a_column_says_which(tmp_path):
         load_flight(path, channel_map=make_map(tmp_path, q="q", v="imu.V"))
 
 
-@pytest.mark.parametrize(("row", "stamp"), [(0, -1e6), (50, 1e6), (50, 0.9), (99, 1e6)])
+@pytest.mark.parametrize(("row", "stamp"), [(0, -1e6), (3, 0.0), (50, 1e6), (50, 0.9), (99, 1e6)])
 def test_one_time_that_cannot_be_is_set_aside_and_counted(tmp_path, row, stamp):
     """The other rows keep their moments, and the flight its length."""
     times = 0.1 * np.arange(100)

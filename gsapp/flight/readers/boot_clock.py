@@ -182,17 +182,30 @@ def find_valid_times(times: FloatArray) -> BoolArray:
 
 
 def find_isolated_times(times: FloatArray) -> BoolArray:
-    """Return which times (s) stand so far from all beside them that they cannot be true.
+    """Return which times (s) cannot be true, as those about them follow one another without them.
 
-    By more than any pause, or so that time would go back after them; where it goes
-    back for longer, none is isolated.
+    They stand farther away than any pause, or time would go back at them; where it goes back for
+    longer, or often, none is isolated.
     """
     distance = _distance_to_neighbors(times)
     limit = max(FLIGHT_DATA.max_clock_jump, 10.0 * abs(median_step(times)))
     steps = np.diff(times)
     back = np.concatenate((steps < 0.0, [False])) | np.concatenate(([False], steps < 0.0))
     found: BoolArray = (distance > FLIGHT_DATA.max_pause + limit) | (back & (distance > limit))
-    return found
+    return found | _late_stamps(np.where(found, -np.inf, times))
+
+
+def _late_stamps(times: FloatArray) -> BoolArray:
+    """Return the few times that are not later than all before them, such as a stamp of 0.
+
+    `times`: minus infinity where the stamp is known to be wrong.
+    """
+    latest = np.maximum.accumulate(times)
+    late = np.concatenate(([False], times[1:] <= latest[:-1])) & np.isfinite(times)
+    in_row = FLIGHT_DATA.clock_neighbors // 2 + 1
+    runs = np.convolve(late, np.ones(in_row), mode="valid") if times.size >= in_row else late
+    few = np.count_nonzero(late) <= FLIGHT_DATA.max_late_stamps * times.size
+    return late if few and runs.max(initial=0) < in_row else np.zeros_like(late)
 
 
 def _distance_to_neighbors(times: FloatArray) -> FloatArray:
