@@ -137,7 +137,7 @@ def _derivatives_csv(summary: CampaignSummary) -> str:
 
 def _values_csv(summary: CampaignSummary) -> str:
     conditions = (f"{name} [{channel(name).unit}]" for name in CONDITIONS)
-    heads = ("derivative", "maneuver", "flight", "value", "std", "left_out", *conditions)
+    heads = ("derivative", "maneuver", "flight", "value", "std", "bound", "left_out", *conditions)
     rows: list[tuple[str, ...]] = [heads]
     for name, one in summary.derivatives.items():
         standing = {point.maneuver for point in one.included_points}
@@ -148,6 +148,7 @@ def _values_csv(summary: CampaignSummary) -> str:
                 point.flight,
                 repr(point.value),
                 repr(point.std),
+                repr(one.bound(point)),
                 str(int(point.maneuver not in standing)),
                 *(
                     repr(point.conditions[key]) if key in point.conditions else ""

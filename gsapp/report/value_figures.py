@@ -1,7 +1,8 @@
 """Each derivative, maneuver by maneuver, against what it may depend on.
 
-Flights differ by color and marker, bars are 95 % of each value's own bound, the band is the mean
-with 95 % of its error. What does not count stays in sight, gray.
+Flights differ by color and marker, thick bars are 95 % of each value's own bound, thin ones of it
+and what maneuvers and methods disagree together, the band is the mean with 95 % of its error. What
+does not count stays in sight, gray.
 """
 
 from __future__ import annotations
@@ -172,10 +173,11 @@ def value_figure(
     there = any(name in drawn.known for name in names)
     dotted = ", dotted line: prior" if there else ""
     out = any(one.outliers or one.excluded or one.nonconverged_points for one in chosen)
+    thick = ", thick: noise alone" if any(one.point_disagreement for one in chosen) else ""
     gray = " Gray marks are excluded from the mean." if out else ""
     return DocumentFigure(
         name=f"values-{over}-{number}",
-        caption=f"{subject} {told}: bars: 95 % bounds; band: mean with 95 % "
+        caption=f"{subject} {told}: bars: 95 % bounds{thick}; band: mean with 95 % "
         f"error{dotted}.{gray}{_not_drawn(chosen, over)}",
         height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
@@ -220,14 +222,19 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
         points = [point for point in one.included_points if point.flight == flight]
         if not points:
             continue
+        places, values = [_place(point, drawn) for point in points], [one.value for one in points]
         bars = chart.errorbar(
-            [_place(point, drawn) for point in points],
-            [point.value for point in points],
-            yerr=[REPORT.error_bar_sigmas * point.std for point in points],
+            places, values, yerr=[REPORT.error_bar_sigmas * one.bound(point) for point in points],
             linestyle="none", marker=flight_marker(place), markersize=drawn.size,
             color=palette.flight(place), elinewidth=0.7 * palette.line_scale,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
+        if one.point_disagreement:
+            chart.errorbar(
+                places, values, yerr=[REPORT.error_bar_sigmas * point.std for point in points],
+                linestyle="none", color=palette.flight(place),
+                elinewidth=1.8 * palette.line_scale,
+            )  # fmt: skip
     format_axes(chart, palette)
     if drawn.over == "number":
         names = {point.number: point.maneuver for point in (*one.points, *one.nonconverged_points)}
@@ -320,13 +327,15 @@ def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> DocumentTable:
                     ),
                     exact_number_text(point.value),
                     exact_number_text(point.std),
+                    exact_number_text(one.bound(point)),
                     "" if kept else _why(point, out, by_hand),
                 )
             )
     return DocumentTable(
         columns=(
             "derivative", "maneuver", "flight", "number",
-            *(column_title(name, units) for name in conditions), "value", "bound", "left out",
+            *(column_title(name, units) for name in conditions), "value", "noise", "bound",
+            "left out",
         ),
         rows=tuple(rows),
     )  # fmt: skip

@@ -12,6 +12,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from gsapp.quantities import Block
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
@@ -52,10 +54,16 @@ class GridSegments:
         self._lasts: list[int] = []
 
     def add(self, block: Block) -> None:
-        """Add the samples of a block, which follow one another."""
+        """Add the samples of a block, which follow one another; pauses may lie between them."""
         if not len(block):
             return
-        first, last = (round(float(block.times[end]) * self._rate) for end in (0, -1))
+        index = np.rint(block.times * self._rate).astype(np.int64)
+        ends = np.flatnonzero(np.diff(index) > self._pause)
+        firsts = index[np.append(0, ends + 1)].tolist()
+        for first, last in zip(firsts, index[np.append(ends, -1)].tolist(), strict=True):
+            self._insert(first, last)
+
+    def _insert(self, first: int, last: int) -> None:
         place = bisect.bisect_right(self._firsts, first)
         # The one before may reach up to here.
         if place > 0 and first - self._lasts[place - 1] <= self._pause:

@@ -20,7 +20,6 @@ from gsapp.identification.maneuver import open_flight
 from gsapp.identification.methods import estimation_methods
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.run_execution import execute_run
-from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
 AIRCRAFT = """name = "UAV"
@@ -128,53 +127,51 @@ def _compare(key: tuple[str, str], found: Sequence[DetectedManeuver]) -> str:
 
 def _print_derivatives(title: str, flights: Sequence[Path], aircraft: Path, axis: str) -> None:
     rows: dict[str, dict[str, list[tuple[float, float]]]] = {}
+    given: dict[str, dict[str, list[tuple[float, float]]]] = {}
     for method in estimation_methods():
         request = RunRequest(
             flights=tuple(flights), aircraft=str(aircraft), method=method, axis=axis,
             every_grade=True,
         )  # fmt: skip
-        results = execute_run(request).result.results
-        estimates = [one.estimate for one in results if one.estimate is not None]
+        summaries = execute_run(request).summary.derivatives
+        found = {name: summaries[name] for name in DERIVATIVES[axis] if name in summaries}
         rows[method] = {
-            name: [
-                (one.value, one.std)
-                for estimate in estimates
-                if (one := estimate.derivatives[name]).value is not None and one.std
-            ]
-            for name in DERIVATIVES[axis]
+            name: [(point.value, point.std) for point in one.points] for name, one in found.items()
         }
-    print(f"\n{title}: values +- bounds of each segment; worst pair in joint bounds")
+        given[method] = {
+            name: [(point.value, one.bound(point)) for point in one.points]
+            for name, one in found.items()
+        }
+    print(f"\n{title}: values +- noise of each segment; worst pair in joint bounds")
     for name in DERIVATIVES[axis]:
-        for method, found in rows.items():
-            if found[name]:
-                print(f"  {name:9}{method:4}{_row_text(found[name])}")
-    _print_worst(rows)
+        for method, found_rows in rows.items():
+            if name in found_rows:
+                print(f"  {name:9}{method:4}{_row_text(found_rows[name])}")
+    for method in rows:
+        parts = [
+            f"{told} {share}"
+            for told, values in (("noise", rows[method]), ("bounds", given[method]))
+            if (share := _share_text(values))
+        ]
+        if parts:
+            print(f"  {method}: pairs within two joint {'; '.join(parts)}")
 
 
 def _row_text(values: Sequence[tuple[float, float]]) -> str:
     cells = " ".join(f"{value:8.3f} +-{std:6.3f}" for value, std in values)
-    return f"{cells}  {worst_pair(values):4.1f}" if len(values) > 1 else cells
+    return f"{cells}  {max(_distances(values)):4.1f}" if len(values) > 1 else cells
 
 
-def worst_pair(values: Sequence[tuple[float, float]]) -> float:
-    """Return the largest difference of two values (value, bound) in joint bounds."""
-    return max(
+def _distances(values: Sequence[tuple[float, float]]) -> list[float]:
+    """Return the difference of each pair of values (value, bound) in joint bounds."""
+    return [
         abs(one[0] - other[0]) / float(np.hypot(one[1], other[1]))
         for one, other in combinations(values, 2)
-    )
+    ]
 
 
-def _print_worst(rows: Mapping[str, Mapping[str, Sequence[tuple[float, float]]]]) -> None:
-    for method, found in rows.items():
-        pairs: FloatArray = np.array(
-            [
-                abs(one[0] - other[0]) / np.hypot(one[1], other[1])
-                for values in found.values()
-                for one, other in combinations(values, 2)
-            ]
-        )
-        if pairs.size:
-            print(
-                f"  {method}: {100.0 * np.mean(pairs <= 2.0):.0f} % of {pairs.size} pairs within "
-                f"two joint bounds, worst {pairs.max():.1f}"
-            )
+def _share_text(found: Mapping[str, Sequence[tuple[float, float]]]) -> str:
+    pairs = np.array([one for values in found.values() for one in _distances(values)])
+    if not pairs.size:
+        return ""
+    return f"{100.0 * np.mean(pairs <= 2.0):.0f} % of {pairs.size}, worst {pairs.max():.1f}"

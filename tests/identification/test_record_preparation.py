@@ -16,6 +16,7 @@ from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.identification.record_preparation import (
     aircraft_as_recorded,
     interpolate_cubic,
+    interpolate_repeated,
     reconstruct_deflections,
 )
 from gsapp.quantities import Block, FloatArray
@@ -57,6 +58,27 @@ def test_a_channel_with_samples_of_its_own_stays_as_it_was() -> None:
     noise = np.random.default_rng(0).normal(0.0, 1e-3, TIMES.size)
     for own in (BANK, BANK + noise, np.round(BANK / count) * count, np.full(800, 0.3), TIMES):
         assert np.array_equal(interpolate_cubic(own), own)
+
+
+def test_repeated_values_are_a_slow_channel() -> None:
+    """Of a table that repeats what an instrument gave 17 times a second, up to the next value."""
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, TIMES.size)
+    taken = np.floor(17.0 * TIMES) / 17.0
+    held = np.interp(taken, TIMES, BANK + noise)
+    found = interpolate_repeated(held)
+    inside = slice(20, -20)
+    before = np.std((held - BANK)[inside])
+    assert before > 0.07
+    assert np.std((found - BANK)[inside]) < 0.3 * before  # a row of the grid is late by itself
+    held[301:340] = np.nan
+    assert np.array_equal(np.isnan(interpolate_repeated(held)), np.isnan(held))
+
+
+def test_coarse_steps_and_stuck_values_are_not_held() -> None:
+    coarse = np.round(BANK / 0.05) * 0.05
+    stuck = np.where(TIMES < 4.0, BANK, 0.3)
+    for own in (BANK, coarse, stuck, np.full(800, 0.3), np.full(800, np.nan), np.full(1, 0.3)):
+        assert np.array_equal(interpolate_repeated(own), own, equal_nan=True)
 
 
 def test_maneuvers_are_cut_with_curves() -> None:

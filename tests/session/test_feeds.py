@@ -245,6 +245,20 @@ def test_a_long_pause_between_two_flights_is_skipped() -> None:
     assert len(watcher.seen["q"]) == 1000 + 5000
 
 
+def test_a_pause_inside_a_block_costs_nothing() -> None:
+    whole = block(0, {"q": np.zeros(100)})
+    later = block(10**12, {"q": np.ones(50)})
+    joined = Block(
+        channels=("q",),
+        times=np.concatenate((whole.times, later.times)),
+        values=np.concatenate((whole.values, later.values)),
+    )
+    feed, _, watcher, clock = replay([joined], speed=UNLIMITED_SPEED)
+    run(feed, clock, 1.0)
+    assert feed.at_end
+    assert watcher.seen["q"] == [0.0] * 100 + [1.0] * 50
+
+
 def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
     feed, _, watcher, clock = replay(flight(), each=0.003, speed=UNLIMITED_SPEED)
     calls = 0

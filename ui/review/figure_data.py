@@ -99,15 +99,22 @@ def describe_point(data: FigureData, derivative: str, maneuver: str) -> str:
     ]
     point = None if summary is None else _find_point(summary, maneuver)
     if summary is not None and point is not None:
-        percent = f" ({100.0 * point.std / abs(point.value):.2g} %)" if point.value else ""
+        bound = summary.bound(point)
+        percent = f" ({100.0 * bound / abs(point.value):.2g} %)" if point.value else ""
         lines.append(
             tr("{derivative} {value:.4g}, bound {std:.2g}{percent}").format(
                 derivative=symbol_text(derivative),
                 value=point.value,
-                std=point.std,
+                std=bound,
                 percent=percent,
             )
         )
+        if bound > point.std:
+            lines.append(
+                tr("noise {noise:.2g}, disagreement {disagreement:.2g}").format(
+                    noise=point.std, disagreement=summary.point_disagreement
+                )
+            )
         lines.append(
             tr("mean {mean:.4g}, bound {std:.2g}").format(
                 mean=summary.value.mean, std=summary.value.std

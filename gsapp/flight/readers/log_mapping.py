@@ -121,6 +121,8 @@ def map_log(
 
 def _raw_entries(log: ForeignLog, patterns: Sequence[str], remarks: list[str]) -> list[MapEntry]:
     """Return the entries of all numbers of a log that fit patterns of raw channels."""
+    if not patterns:
+        return []
     entries = [
         raw_entry(message, selector, name, index)
         for (message, selector), table in log.tables.items()

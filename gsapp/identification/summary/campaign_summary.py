@@ -341,9 +341,18 @@ class DerivativeSummary:
             0.0 if self.bound_consistency is None else self.bound_consistency.between_maneuver_std
         )
 
+    @property
+    def point_disagreement(self) -> float:
+        """Return what maneuvers and methods disagree beyond their bounds, per radian.
+
+        Of a single value; that of the mean is in `value`.
+        """
+        of_methods = 0.0 if self.comparison is None else self.comparison.disagreement
+        return math.hypot(self.between_maneuver_std, of_methods)
+
     def bound(self, point: DerivativePoint) -> float:
-        """Return the bound of a point with what differs between maneuvers in it, per radian."""
-        return math.hypot(point.std, self.between_maneuver_std)
+        """Return the bound of a point with `point_disagreement` in it, per radian."""
+        return math.hypot(point.std, self.point_disagreement)
 
     @property
     def included_points(self) -> tuple[DerivativePoint, ...]:
