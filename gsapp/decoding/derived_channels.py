@@ -57,6 +57,10 @@ def _mean(left: Number, right: Number) -> Number:
     return 0.5 * (left + right)
 
 
+def _half_difference(left: Number, right: Number) -> Number:
+    return 0.5 * (left - right)
+
+
 def _identity(value: Number) -> Number:
     return value
 
@@ -66,10 +70,20 @@ _STANDARD_DAY = "temperature of the standard day"
 _AIR = ("static_pressure", "temperature")
 _PRESSURE = ("static_pressure",)
 _V, _QBAR = air_data.true_airspeed, air_data.dynamic_pressure
-DERIVATIONS: tuple[Derivation, ...] = (
+_V_TAIL = ("ruddervator_left", "ruddervator_right")
+_ELEVONS = ("elevon_left", "elevon_right")
+SURFACE_DERIVATIONS: tuple[Derivation, ...] = (
     Derivation("de", ("elevator_left", "elevator_right"), _mean, "(6.1.1)"),
+    Derivation("de", _V_TAIL, _mean, "(left + right)/2"),
+    Derivation("de", _ELEVONS, _mean, "(left + right)/2"),
     Derivation("da", ("aileron_left", "aileron_right"), _mean, "(6.1.2)"),
+    Derivation("da", _ELEVONS, _half_difference, "(left - right)/2"),
     Derivation("dr", ("rudder",), _identity, "(6.1.3)"),
+    Derivation("dr", _V_TAIL, _half_difference, "(left - right)/2"),
+)
+"""Combined surfaces: definitions, so that they apply to columns as well."""
+DERIVATIONS: tuple[Derivation, ...] = (
+    *SURFACE_DERIVATIONS,
     # What the vehicle corrected itself goes before the raw difference of pressures.
     Derivation("qbar", ("Vc",), air_data.sea_level_dynamic_pressure, "rho0 Vc^2 / 2"),
     Derivation("qbar", ("V",), _QBAR, "rho V^2 / 2", _AIR, air_data.density),
@@ -92,11 +106,13 @@ DERIVATIONS: tuple[Derivation, ...] = (
 """All that can be derived. Of several for one channel the first whose inputs exist is taken."""
 
 
-def select_derivations(available: Collection[str]) -> tuple[Derivation, ...]:
+def select_derivations(
+    available: Collection[str], among: Sequence[Derivation] = DERIVATIONS
+) -> tuple[Derivation, ...]:
     """Return what can be derived from channels, and is not among them, in order of computation."""
     have = set(available)
     chosen = []
-    for derivation in DERIVATIONS:
+    for derivation in among:
         if derivation.output not in have and have.issuperset(derivation.inputs):
             chosen.append(derivation)
             have.add(derivation.output)

@@ -14,6 +14,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource
+from gsapp.decoding.derived_channels import SURFACE_DERIVATIONS, select_derivations
 from gsapp.flight.cache import DecodedFlight, cache_key, load_cached, store_cached
 from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import convert_to_flown_clock, event_from_notice, read_events, sort_events
@@ -388,6 +389,16 @@ def _decode_columns(path: Path, flight: ColumnFlight, setting: FlightReadSetting
         )
         for name in block.channels
     }
+    for derivation in select_derivations(block.channels, SURFACE_DERIVATIONS):
+        combined = derivation.compute(*(block[name] for name in derivation.inputs))
+        block = Block(
+            channels=(*block.channels, derivation.output),
+            times=block.times,
+            values=np.column_stack((block.values, combined)),
+        )
+        sources[derivation.output] = ChannelSource(
+            source=derivation.description, kind="derived", calibrated=True
+        )
     return DecodedFlight(block=block, sources=sources, remarks=tuple(remarks))
 
 

@@ -30,7 +30,7 @@ from gsapp.aircraft import Aircraft, Control
 from gsapp.decoding.air_data import density, dynamic_pressure, standard_density, true_airspeed
 from gsapp.dynamics.actuators import control_paths, simulate_control_path
 from gsapp.flight.info import Weather
-from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
+from gsapp.flight.maneuvers.signals import SURFACE_PARTS, SURFACES
 from gsapp.flight.uniform_grid import median_step
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.smoothing import interpolate_missing
@@ -229,7 +229,7 @@ def aircraft_as_recorded(block: Block, aircraft: Aircraft) -> Aircraft:
         for name, command in COMMAND_CHANNELS.items()
         if "kind" not in (control := getattr(aircraft.controls, name)).model_fields_set
         and holds(command)
-        and not any(map(holds, (name, *SURFACE_HALVES.get(name, ("rudder",)))))
+        and not any(map(holds, (name, *SURFACE_PARTS[name])))
     }
     if not commanded:
         return aircraft

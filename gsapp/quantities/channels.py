@@ -109,7 +109,13 @@ def _table() -> list[ChannelSpec]:
           ("elevator_right", "delta_e right", "Right elevator", "Positive trailing edge down"),
           ("aileron_left", "delta_a left", "Left aileron", "Positive trailing edge down"),
           ("aileron_right", "delta_a right", "Right aileron", "Positive trailing edge up"),
-          ("rudder", "rudder", "Rudder surface", "Positive trailing edge left"))
+          ("rudder", "rudder", "Rudder surface", "Positive trailing edge left"),
+          ("ruddervator_left", "delta_rv left", "Left half of a V-tail",
+           "Positive trailing edge down"),
+          ("ruddervator_right", "delta_rv right", "Right half of a V-tail",
+           "Positive trailing edge down"),
+          ("elevon_left", "delta_ev left", "Left elevon", "Positive trailing edge down"),
+          ("elevon_right", "delta_ev right", "Right elevon", "Positive trailing edge down"))
     group("Flow", "angle", "deg", "deg", -40 * DEGREE, 40 * DEGREE, 0.1 * DEGREE,
           ("alpha", "alpha", "Angle of attack",
            "At the vane; positive with the nose above the flow"),

@@ -36,7 +36,8 @@ TRACE_COLORS: Final = ("blue", "purple", "rust", "ink", "sky", "olive")
 Okabe-Ito set without its orange and green, which would pass for states."""
 _AXIS_COLORS: Final[Mapping[str, str]] = {
     **dict.fromkeys(
-        ("de", "elevator_left", "elevator_right", "stick_pitch", "alpha", "q", "theta", "an", "ax",
+        ("de", "elevator_left", "elevator_right", "ruddervator_left", "ruddervator_right",
+         "elevon_left", "elevon_right", "stick_pitch", "alpha", "q", "theta", "an", "ax",
          "CN", "CA", "CX", "CZ", "CL", "CD", "Cm"), "blue"),
     **dict.fromkeys(("da", "aileron_left", "aileron_right", "stick_roll", "p", "phi", "Cl"),
                     "purple"),

@@ -17,7 +17,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.settings import DETECTION
-from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
+from gsapp.flight.maneuvers.signals import SURFACE_PAIRS, SURFACES
 from gsapp.quantities import BoolArray, FloatArray
 
 
@@ -42,7 +42,7 @@ def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
         "da",
         "dr",
         "rudder",
-        *(half for pair in SURFACE_HALVES.values() for half in pair),
+        *(half for pair in SURFACE_PAIRS for half in pair),
     )
     return {
         **{name: sensors.by_channel[name].noise for name in ("alpha", "beta", "p", "q", "r")},
@@ -117,7 +117,7 @@ def _find_stuck_sensors(
             and not is_stuck(values)
         ):
             found[name] = (name,)
-    for surface, halves in SURFACE_HALVES.items():
+    for halves, surfaces in SURFACE_PAIRS.items():
         shown = [_finite_samples(samples(name)) for name in halves]
         for name, own, other in zip(halves, shown, shown[::-1], strict=True):
             if (
@@ -125,7 +125,7 @@ def _find_stuck_sensors(
                 and is_stuck(own, noise[name])
                 and np.ptp(other) > DETECTION.partner_movement
             ):
-                found[name] = (name, surface)
+                found[name] = (name, *surfaces)
     return found
 
 

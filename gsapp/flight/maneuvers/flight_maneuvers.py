@@ -32,7 +32,7 @@ from gsapp.flight.maneuvers.maneuver_list import ManeuverEditLog, apply_edits
 from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 from gsapp.flight.maneuvers.rapid_moves import find_strong_moves, measure_moved_inputs
 from gsapp.flight.maneuvers.settings import DETECTION
-from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_HALVES, SURFACES, extract_signals
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_PARTS, SURFACES, extract_signals
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -399,9 +399,7 @@ def surface_remarks(flight: Flight) -> tuple[str, ...]:
             found.append(f"{surface} was not measured: its inputs cannot be detected")
         elif samples.size > 100 and not float(np.ptp(samples)) > 0.0:
             still = f"is constant at {samples[0] / DEGREE:.2f} deg in every sample"
-            measured = {surface, *SURFACE_HALVES.get(surface, ("rudder",))} & set(
-                flight.block.channels
-            )
+            measured = {surface, *SURFACE_PARTS[surface]} & set(flight.block.channels)
             found.append(
                 f"{surface} {still}: its sensor appears stuck or unplugged"
                 if measured

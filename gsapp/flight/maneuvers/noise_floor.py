@@ -8,6 +8,9 @@ stands against range-check pulses and run-ups.
 A record that begins in the air may be one maneuver from end to end. Its noise is what changes
 faster than an aircraft moves: fourth differences, whose median neither inputs nor responses reach.
 The noise that the aircraft file states counts there as well.
+
+Of a coarse converter most differences are zero: its steps are no noise. One of them is no motion
+either.
 """
 
 from __future__ import annotations
@@ -33,6 +36,8 @@ class NoiseFloor:
 
     std: Mapping[str, float] = field(default_factory=dict)
     """By channel, SI. A channel without samples is absent."""
+    step: Mapping[str, float] = field(default_factory=dict)
+    """The step of each channel's converter, SI; 0 where none is seen."""
     source: str = "not measured"
     """Where it was measured, in words."""
     duration: float = 0.0
@@ -43,6 +48,11 @@ class NoiseFloor:
     def std_of(self, name: str) -> float:
         """Return the standard deviation of a channel; 0 where it is not known."""
         return self.std.get(name, 0.0)
+
+    def least_move(self, name: str, sigmas: float) -> float:
+        """Return what neither noise, so many standard deviations, nor one step of rounding is."""
+        step = DETECTION.move_over_converter_step * self.step.get(name, 0.0)
+        return max(sigmas * self.std_of(name), step)
 
 
 def window_noise(rows: FloatArray) -> FloatArray:
@@ -99,6 +109,27 @@ def _fourth_difference_noise(samples: FloatArray, lag: int) -> float:
     return float(np.median(sizes)) / (0.6745 * math.sqrt(70.0)) if sizes.size >= 8 else math.nan
 
 
+class _Resolution:
+    """The smallest change of each column so far, and how far it went."""
+
+    def __init__(self) -> None:
+        self._step = np.full(len(SIGNALS), np.inf)
+        self._low, self._high = self._step.copy(), -self._step
+
+    def add(self, rows: FloatArray) -> None:
+        steps = np.abs(np.diff(rows, axis=0))
+        # Comparisons with NaN are false: columns without samples stay as they are.
+        self._step = np.fmin(self._step, np.where(steps > 0.0, steps, np.inf).min(axis=0))
+        self._low = np.fmin(self._low, np.fmin.reduce(rows, axis=0))
+        self._high = np.fmax(self._high, np.fmax.reduce(rows, axis=0))
+
+    @property
+    def step(self) -> dict[str, float]:
+        """Return the step of each column's converter; 0 where it rests between few values."""
+        many = self._high - self._low > DETECTION.min_converter_steps * self._step
+        return _by_channel(np.where(many, self._step, 0.0))
+
+
 class NoiseFloorEstimator:
     """Collects windows and says what the noise floor is so far."""
 
@@ -110,12 +141,14 @@ class NoiseFloorEstimator:
         self._turning: list[FloatArray] = []
         self._recent: list[tuple[FloatArray, bool]] = []
         self._fast: list[FloatArray] = []
+        self._resolution = _Resolution()
         self._flown = False
         self._stood = False
         self._floor: NoiseFloor | None = None
 
     def add(self, rows: FloatArray, *, airborne: bool, standing: bool | None = None) -> None:
         """Take in one window; `standing` is None where no airspeed tells whether it rolls."""
+        self._resolution.add(rows)
         if airborne:
             if not self._flown:
                 # The run and the rotation were on the ground still, and were not quiet.
@@ -169,6 +202,7 @@ class NoiseFloorEstimator:
             length = self._window * len(running)
             return NoiseFloor(
                 std=_by_channel(_ground_noise(np.array(running))),
+                step=self._resolution.step,
                 source=f"{length:.0f} s before take-off{told}",
                 duration=length,
                 is_final=self._flown,
@@ -179,6 +213,7 @@ class NoiseFloorEstimator:
         found = _by_channel(_column_quantiles(np.array(self._fast), DETECTION.quiet_share))
         return NoiseFloor(
             std={name: max(std, self._stated.get(name, 0.0)) for name, std in found.items()},
+            step=self._resolution.step,
             source=f"the fast changes over {length:.0f} s of the record",
             duration=length,
         )

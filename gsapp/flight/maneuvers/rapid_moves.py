@@ -69,7 +69,7 @@ class RapidMoveDetector:
                 steering = seen[int(DETECTION.steering_quantile * len(seen))]
             self.thresholds[place] = max(
                 setting.least_move(name),
-                DETECTION.rapid_move_over_noise * setting.noise.std_of(name),
+                setting.noise.least_move(name, DETECTION.rapid_move_over_noise),
                 DETECTION.rapid_move_over_steering * steering,
             )
 
@@ -135,7 +135,7 @@ def find_pilot_takeover(
             continue
         margin = max(
             0.3 * DETECTION.min_rapid_move * setting.half_travel(surface),
-            5.0 * setting.noise.std_of(surface),
+            setting.noise.least_move(surface, 5.0),
             least,
         )
         held = float(np.nanmedian(level))

@@ -50,6 +50,7 @@ class ManeuverDetectionSettings:
     quiet_share: float = 0.25  # Share of the windows in the air below whose noise it is taken.
     noise_lag: float = 0.04  # s between the samples of a difference: 6 to 12 Hz, no motion.
     repeated_share: float = 0.3  # Of the samples: a channel slower than the grid.
+    min_converter_steps: float = 8.0  # Steps that a channel goes: fewer are moves, no rounding.
     max_windows: int = 400  # Windows kept; beyond, every second one is dropped.
     engine_running_speed: float = 100.0  # Above this speed, rad/s, an engine runs.
 
@@ -60,6 +61,7 @@ class ManeuverDetectionSettings:
     min_rapid_move: float = 0.02  # Share of half the travel that a quick move takes at least.
     min_rapid_move_assumed_travel: float = 0.005  # The same of a travel that no file states.
     rapid_move_over_noise: float = 7.0  # Times the noise that a rapid move takes at least ...
+    move_over_converter_step: float = 1.5  # Steps of a coarse converter: one is no move.
     rapid_move_over_steering: float = 3.0  # ... and times the usual steering of the flight.
     steering_quantile: float = 0.8  # Quantile of the moves per frame that is the usual steering.
     steering_frames: int = 240  # Frames of steering remembered for each surface: two minutes.
@@ -115,7 +117,7 @@ class ManeuverDetectionSettings:
     trim_time: float = 1.0  # Length of the stretch before an input that belongs to the maneuver, s.
     min_free_response_time: float = 2.0  # Length of the free answer that an estimate lives from, s.
     rest_after_input: tuple[float, float] = (0.1, 0.6)  # s after it: the surface is at rest.
-    min_graded_samples: int = 50  # Samples that a grade takes.
+    min_graded_samples: int = 40  # As many as an estimate takes.
 
 
 DETECTION: Final = ManeuverDetectionSettings()

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from gsapp.decoding import air_data
+from gsapp.decoding.derived_channels import SURFACE_DERIVATIONS
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.quantities import Block, FloatArray
 
@@ -23,13 +24,21 @@ SIGNALS: Final = (*SURFACES, *RESPONSE_SIGNALS, "V", "altitude", "throttle", "rp
 
 SIGNAL_COLUMNS: Final = {name: place for place, name in enumerate(SIGNALS)}
 
-SURFACE_HALVES: Final = {
-    "de": ("elevator_left", "elevator_right"),
-    "da": ("aileron_left", "aileron_right"),
+SURFACE_PARTS: Final = {
+    surface: tuple(
+        dict.fromkeys(
+            name for one in SURFACE_DERIVATIONS if one.output == surface for name in one.inputs
+        )
+    )
+    for surface in SURFACES
 }
-"""The channels that a combined surface is made of."""
-_WHOLE: Final = ("rudder", "rudder")
-"""One that has no halves, in the place of both."""
+"""The channels that a combined surface may be made of."""
+SURFACE_PAIRS: Final = {
+    one.inputs: tuple(two.output for two in SURFACE_DERIVATIONS if two.inputs == one.inputs)
+    for one in SURFACE_DERIVATIONS
+    if len(one.inputs) == 2
+}
+"""The combined surfaces that two halves move."""
 
 
 def extract_signals(block: Block) -> FloatArray:
@@ -72,10 +81,14 @@ def _surface(block: Block, name: str) -> FloatArray:
     found = _first_available(block, name)
     if not np.isnan(found).any():
         return found
-    left, right = (_first_available(block, half) for half in SURFACE_HALVES.get(name, _WHOLE))
-    for stand_in in (0.5 * (left + right), left, right, _first_available(block, f"{name}_command")):
-        found = np.where(np.isnan(found), stand_in, found)
-    return found
+    for one in SURFACE_DERIVATIONS:
+        if one.output == name and not set(one.inputs).isdisjoint(block.channels):
+            parts = [_first_available(block, part) for part in one.inputs]
+            # One half of two that move alike stands in for both.
+            alike = SURFACE_PAIRS.get(one.inputs, (name,)) == (name,)
+            for stand_in in (one.compute(*parts), *(parts if alike else ())):
+                found = np.where(np.isnan(found), stand_in, found)
+    return np.where(np.isnan(found), _first_available(block, f"{name}_command"), found)
 
 
 def _throttle(block: Block) -> FloatArray:
