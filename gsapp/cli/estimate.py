@@ -166,15 +166,10 @@ _LEGEND = (
 def _print_forms(console: PlainConsole, outcome: RunOutcome, wanted: Sequence[str]) -> None:
     """Print the means, and each joint fit, in other forms."""
     from gsapp.cli._options import DISPLAY_UNITS
-    from gsapp.identification.summary.derivative_forms import forms_of_estimate, forms_of_means
-    from gsapp.report.form_text import form_tables
+    from gsapp.report.form_text import campaign_form_tables
 
-    units, result = DISPLAY_UNITS.get(), outcome.result
-    means = {name: one.value for name, one in outcome.summary.derivatives.items()}
-    tables = form_tables(forms_of_means(result, means), units, wanted)
-    for one in result.joint:
-        tables += form_tables(forms_of_estimate(result, one), units, wanted, "joint fit")
-    for table in tables:
+    units = DISPLAY_UNITS.get()
+    for table in campaign_form_tables(outcome.result, outcome.summary, units, wanted):
         shown = console.create_table(table.title, table.columns, right=table.columns[1:3])
         for row in table.rows:
             shown.add_row(*row)

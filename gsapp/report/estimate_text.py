@@ -98,10 +98,12 @@ def derivative_rows(
         scatter = "" if one.value.scatter is None else f"{one.value.scatter:.{digits}f}"
         ratio = "" if one.bound_consistency is None else f"{one.bound_consistency.ratio:.1f}"
         before = f"{known[name]:.{digits}f}" if name in known else ""
+        parts = (one.value.noise, one.value.systematic, one.value.disagreement)
         yield (
             name,
             f"{one.value.mean:.{digits}f}",
             f"{one.value.std:.{digits}f}",
+            *(f"{part:.{decimals_for_std(part)}f}" if part else "" for part in parts),
             "" if name.endswith("_0") else _shown(_percent(one)),
             scatter,
             ratio,
@@ -112,11 +114,11 @@ def derivative_rows(
 
 
 DERIVATIVE_COLUMNS: Final = (
-    "derivative", "mean", "bound", "%",
+    "derivative", "mean", "bound", "noise", "systematic", "disagreement", "%",
     "scatter", "scatter / bound", "n", "left out", "before",
 )  # fmt: skip
-"""Bound is that of the mean: noise, and what maneuvers and methods disagree; scatter the standard
-deviation from maneuver to maneuver."""
+"""Bound is that of the mean, then its parts: noise, what all maneuvers share, and what maneuvers
+and methods disagree; scatter the standard deviation from maneuver to maneuver."""
 
 
 def decimals_for_std(std: float) -> int:

@@ -10,6 +10,7 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.identification.axes import AXIS_TITLES
 from gsapp.identification.campaign import CampaignResult, CampaignValue
 from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.summary import CampaignSummary
 from gsapp.identification.summary.derivative_forms import (
     FORM_TITLES,
     DerivativeForms,
@@ -77,6 +78,17 @@ def form_tables(
                 cells = tuple(mode_cells(mode) for mode in one.modes)
                 tables.append(FormTable(title="", columns=MODE_BOUND_COLUMNS, rows=cells))
     return tuple(tables)
+
+
+def campaign_form_tables(
+    result: CampaignResult, summary: CampaignSummary, units: str, wanted: Collection[str]
+) -> tuple[FormTable, ...]:
+    """Return the tables of the means, and of each joint fit, in some forms."""
+    means = {name: one.value for name, one in summary.derivatives.items()}
+    tables = form_tables(forms_of_means(result, means), units, wanted)
+    for one in result.joint:
+        tables += form_tables(forms_of_estimate(result, one), units, wanted, "joint fit")
+    return tables
 
 
 def _condition(one: DerivativeForms, form: str, units: str) -> str:

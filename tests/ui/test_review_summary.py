@@ -17,6 +17,7 @@ from gsapp.aircraft import SHIPPED_AIRCRAFT, load_aircraft
 from gsapp.identification.compatibility import InstrumentError
 from gsapp.identification.runs.run_execution import exclude_maneuvers
 from gsapp.report.estimate_report import CampaignReportData, estimate_document
+from gsapp.report.form_text import campaign_form_tables
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
 from tests.ui.window_kit import ALT, CONTROL, until
 from ui.appearance_controller import AppearanceController
@@ -97,6 +98,8 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert cells["Before"].startswith("−1.10")
     assert (cells["n"], cells["Out"]) == ("5", "1")
     assert float(cells["Bound"]) == pytest.approx(one.value.std, rel=0.1)
+    parts = [float(cells[name].replace("–", "0")) for name in ("Noise", "Systematic", "Disagree")]
+    assert np.hypot.reduce(parts) == pytest.approx(one.value.std, rel=0.1)
     assert float(cells["Scatter"]) == pytest.approx(one.value.scatter, abs=1e-3)
     assert cells["/ bound"] == f"{one.bound_consistency.ratio:.1f} ×"  # type: ignore[union-attr]
     # Said by a sign as well as by its color, and in words beside the table.
@@ -254,6 +257,27 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
     )
     shown = [line.cells[1:] for line in room.page.linear.errors.row_model.rows]
     assert shown == [row[1:] for row in table.rows]
+
+
+def test_derivatives_are_shown_in_another_form(room: Room) -> None:
+    """As `gsapp estimate --form` prints them, in the units of the screen."""
+    forms = room.page.forms
+    assert not forms.tables
+    combo = forms.form.box
+    combo.setCurrentIndex(combo.findData("dimensional"))
+    found = outcome()
+    expected = campaign_form_tables(found.result, found.summary, "US", ["dimensional"])
+    assert [len(table.row_model.rows) for table in forms.tables] == [
+        len(one.rows) for one in expected
+    ]
+    shown = {row.key: row.cells for table in forms.tables for row in table.row_model.rows}
+    name, value, bound, unit = expected[0].rows[1]
+    assert shown[name] == ("Xα", value.replace("-", "−"), bound, unit.replace("^2", "²"))
+    assert name == "X_alpha"
+    combo.setCurrentIndex(combo.findData("state-space"))
+    assert any("damping ratio" in table.row_model.titles for table in forms.tables)
+    combo.setCurrentIndex(0)
+    assert not forms.tables
 
 
 def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:

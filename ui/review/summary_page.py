@@ -14,6 +14,7 @@ from gsapp.foundation import GroundStationError
 from ui.commands import CommandRequirement
 from ui.display_style import DisplayStyle
 from ui.number_format import count_text, join_sentences
+from ui.review.forms_panel import DerivativeFormsPanel
 from ui.review.job_queue import FigureComputations
 from ui.review.review_jobs import JobSubmitter
 from ui.review.review_steps import ReviewContext, ReviewStepPage, no_run_text
@@ -138,9 +139,9 @@ class LinearModelsPanel(QWidget):
 
 _DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""
-_FULL_TABLE_WIDTH = 670
+_FULL_TABLE_WIDTH = 1000
 """Points of width of the table below which the columns give way that the detail has, too."""
-_OPTIONAL_COLUMNS = (3, 7)
+_OPTIONAL_COLUMNS = (6, 7, 10, 11)
 
 
 class SummaryPage(ReviewStepPage):
@@ -153,6 +154,7 @@ class SummaryPage(ReviewStepPage):
         self._accepted: RunOutcome | None = None
         """Whose vane positions stand in the aircraft file by now."""
         self.linear = LinearModelsPanel(style, context.actions, context.begin_job)
+        self.forms = DerivativeFormsPanel(style)
         self.writer = SummaryExporter(context.store, context.begin_job, self)
         self.writer.status_reported.connect(self._show_message)
         self._build()
@@ -177,6 +179,8 @@ class SummaryPage(ReviewStepPage):
         add_widgets(self._column, self.headline, self.validity, self._pair)
         self._column.addStretch(1)
         self._derivatives()
+        self._pair.left.addWidget(self.forms)
+        self._pair.left.addStretch(1)
         self._attention()
         self._writing()
         self._pair.right.addWidget(self.linear)
@@ -185,8 +189,8 @@ class SummaryPage(ReviewStepPage):
     def _derivatives(self) -> None:
         self.table = FittedTableView(
             self.display_style, tr("Derivatives"), DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
-            widths={0: 62, 1: "−0.000123", 2: "0.000012", 3: 60, 4: "0.000123", 5: 70, 6: 30, 7: 38,
-                    8: 66},
+            widths={0: 62, 1: "−0.000123", 2: "0.000012", 3: "0.000012", 4: 84, 5: 76, 6: 60,
+                    7: "0.000123", 8: 70, 9: 30, 10: 38, 11: 66},
             right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
@@ -197,7 +201,6 @@ class SummaryPage(ReviewStepPage):
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         heading = create_label(tr("Derivatives, per radian"), "strong")
         add_widgets(self._pair.left, heading, self.table)
-        self._pair.left.addStretch(1)
         heading = create_label(tr("Selected derivative"), "strong")
         add_widgets(self._pair.right, heading, self.detail)
 
@@ -377,6 +380,7 @@ class SummaryPage(ReviewStepPage):
             tr("Needs attention") if lines or outcome.instruments else tr("Nothing needs attention")
         )
         self.linear.show_outcome(outcome)
+        self.forms.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
         self.file.set_choices([(name, FILE_TITLES[name]) for name in names], self.file.current_key)
         self._derivative_chosen(self._selection.derivative)

@@ -20,14 +20,16 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 
 DERIVATIVE_TITLES: Final = (
-    "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Bound"), "%", QT_TR_NOOP("Scatter"),
-    QT_TR_NOOP("/ bound"), "n", QT_TR_NOOP("Out"), QT_TR_NOOP("Before"), QT_TR_NOOP("Remarks"),
+    "", QT_TR_NOOP("Mean"), QT_TR_NOOP("Bound"), QT_TR_NOOP("Noise"), QT_TR_NOOP("Systematic"),
+    QT_TR_NOOP("Disagree"), "%", QT_TR_NOOP("Scatter"), QT_TR_NOOP("/ bound"), "n",
+    QT_TR_NOOP("Out"), QT_TR_NOOP("Before"), QT_TR_NOOP("Remarks"),
 )  # fmt: skip
-"""Bound is that of the mean: its noise, and what maneuvers and methods disagree; scatter the
-standard deviation from maneuver to maneuver, then in times the bounds of single maneuvers."""
+"""Bound is that of the mean, then its parts: noise, errors of instruments and aircraft file that
+all maneuvers share, and what maneuvers and methods disagree; scatter the standard deviation from
+maneuver to maneuver, then in times the bounds of single maneuvers."""
 REMARK_COLUMN: Final = len(DERIVATIVE_TITLES) - 1
 """The column of words."""
-_SCATTER_RATIO_COLUMN: Final = 5
+_SCATTER_RATIO_COLUMN: Final = 8
 
 
 _CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver")
@@ -51,7 +53,7 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     known = prior_values(outcome.result)
     lines = []
     for row in derivative_rows(outcome.summary, known):
-        name, mean, bound, percent, scatter, ratio, n, out, before = row
+        name, mean, bound, *parts, percent, scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
         scatters = (
             one.bound_consistency is not None
@@ -62,7 +64,8 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             TableRow(
                 key=name,
                 cells=(
-                    symbol_text(name), _format_number(mean), bound, percent, scatter or DASH,
+                    symbol_text(name), _format_number(mean), bound, *(one or DASH for one in parts),
+                    percent, scatter or DASH,
                     f"{sign}{ratio} ×" if ratio else DASH, n, out, _format_number(before),
                     "; ".join((*_contradiction_texts(one), *_trend_texts(one))),
                 ),
@@ -74,7 +77,7 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
         words = _short_reason(status, why)
-        cells = (symbol_text(name), *(DASH,) * 5, "0", "", DASH, typeset(words))
+        cells = (symbol_text(name), *(DASH,) * 8, "0", "", DASH, typeset(words))
         lines.append(
             TableRow(key=name, cells=cells, italic=True, detail=describe_derivative(outcome, name))
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -33,7 +34,7 @@ SURFACE_PARTS: Final = {
     for surface in SURFACES
 }
 """The channels that a combined surface may be made of."""
-SURFACE_PAIRS: Final = {
+SURFACE_PAIRS: Final[Mapping[tuple[str, ...], tuple[str, ...]]] = {
     one.inputs: tuple(two.output for two in SURFACE_DERIVATIONS if two.inputs == one.inputs)
     for one in SURFACE_DERIVATIONS
     if len(one.inputs) == 2
