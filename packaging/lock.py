@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 COMPILE = [
     "uv", "pip", "compile", "pyproject.toml", "-", "--universal", "--python-version", "3.11",
     "--fork-strategy", "fewest", "--generate-hashes", "--no-emit-index-url", "--no-header",
-    "--no-annotate", "--quiet", "--extra", "ulog", "--extra", "parquet", "--extra", "mat73",
+    "--no-annotate", "--quiet", "--extra", "parquet", "--extra", "mat73",
 ]  # fmt: skip
 
 
