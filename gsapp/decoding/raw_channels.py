@@ -7,10 +7,16 @@ Which, the patterns `ChannelMap.raw` say. No name of a message that the decoder 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from gsapp.decoding.channel_map import ChannelMap, FieldRef, MapEntry, Selector
-from gsapp.decoding.messages import MessageLayout, message_id, message_layout, message_names
+from gsapp.decoding.messages import (
+    MessageLayout,
+    is_known,
+    message_id,
+    message_layout,
+    message_names,
+)
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 
@@ -69,6 +75,16 @@ def mavlink_raw_entries(channel_map: ChannelMap) -> tuple[MapEntry, ...]:
             )
     mapped = {entry.channel for entry in channel_map.entries}
     return tuple(entry for entry in found.values() if entry.channel not in mapped)
+
+
+def mavlink_numbers(messages: Collection[int]) -> list[MapEntry]:
+    """Return the entries of all numbers in some messages, by their numbers."""
+    return [
+        entry
+        for one in sorted(messages)
+        if is_known(one)
+        for entry in _numbers(message_layout(one))
+    ]
 
 
 def _layouts(pattern: str) -> list[MessageLayout]:

@@ -307,8 +307,7 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
         return _decode_tlog(path, setting)
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
-        log = read_ulog(path) if ending == ".ulg" else read_dataflash(path)
-        return _decode_log(log, channel_map, setting)
+        return _decode_log(_read_log(path), channel_map, setting)
     if ending not in _TABLES:
         raise FlightError(
             f"{path} has an unknown file ending; flights are folders, {', '.join(LOG_SUFFIXES)} "
@@ -330,6 +329,15 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
             "were calibrated when it was written; give the flight folder with the raw record"
         )
     return _decode_columns(path, columns, setting)
+
+
+def _read_log(path: Path) -> ForeignLog:
+    return read_ulog(path) if path.suffix.casefold() == ".ulg" else read_dataflash(path)
+
+
+def read_onboard_log(path: Path) -> ForeignLog | None:
+    """Read the log of an autopilot; None for another kind of file."""
+    return _read_log(path) if path.suffix.casefold() in _LOG_MAPS else None
 
 
 def _check_map_format(path: Path, channel_map: ChannelMap, wanted: str) -> None:
@@ -540,6 +548,11 @@ def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
             f"the protocol of the sender, or {named}"
         )
     raise FlightError(f"{path} contains no readable record")
+
+
+def frame_message(frame: bytes) -> int:
+    """Return the number of the message in a MAVLink frame."""
+    return _message(frame)[0]
 
 
 def _message(frame: bytes) -> tuple[int, bytes]:

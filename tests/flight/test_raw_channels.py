@@ -12,6 +12,7 @@ from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.settings import DECODING
 from gsapp.flight import load_flight
 from gsapp.flight.flight_import import import_flight
+from gsapp.flight.raw_fields import list_raw_fields, load_raw_field
 from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
@@ -188,3 +189,23 @@ def test_modes_and_parameters_of_a_px4_log(shared_data):
     kinds = {event.kind: event for event in log.events}
     assert kinds["mode"].text == "Flight mode MANUAL"
     assert kinds["parameters"].data["FW_AIRSPD_TRIM"] > 0.0
+
+
+def test_every_number_of_a_log_is_listed_and_read_at_its_own_times(bin_file, tmp_path):
+    log_map = make_map(tmp_path, "ardupilot-log", "IMU.GyrY")
+    folder = import_flight(bin_file, tmp_path / "flight", channel_map=log_map).path
+    for path in (folder, bin_file):
+        names = list_raw_fields(path)
+        assert {"IMU[1].T", "CTUN.NavRoll", "CTUN.ThO"} <= set(names)
+        assert not [name for name in names if name.endswith("TimeUS")]
+    times, values = load_raw_field(folder, "CTUN.NavRoll")
+    assert times[:2] == pytest.approx([1.0003, 1.0178])
+    assert values[:2] == pytest.approx([0.0, 7.0])
+    with pytest.raises(FlightError, match=r"CTUN\.Roll"):
+        load_raw_field(folder, "CTUN.Roll")
+
+
+def test_a_table_has_no_fields_of_messages(tmp_path):
+    path = tmp_path / "flight.csv"
+    path.write_text("time [s],q [deg/s]\n0,1\n0.1,2\n")
+    assert list_raw_fields(path) == ()

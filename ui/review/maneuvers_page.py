@@ -93,6 +93,7 @@ class ManeuversPage(ReviewStepPage):
         self.maneuvers_panel = view = ManeuversPanel(context.actions, context.style)
         self.details, self.timeline, self.bar = view.details, view.timeline, view.bar
         self.panel, self.channels, self.table = view.panel, view.channels, view.table
+        self.raw_fields = view.raw_fields
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(view)
@@ -124,6 +125,7 @@ class ManeuversPage(ReviewStepPage):
         wanted = self._store.current.review_channels
         self.channels.set_selected_channels(wanted)
         self.channels.selection_changed.connect(self._channels_chosen)
+        self.raw_fields.changed.connect(self._show_channels)
         timeline.show_channels(wanted)
         timeline.maneuver_selected.connect(self._pressed)
         timeline.edge_dragged.connect(self._preview_edges)
@@ -239,7 +241,11 @@ class ManeuversPage(ReviewStepPage):
 
     def _channels_chosen(self, channels: Sequence[str]) -> None:
         self._store.change(review_channels=tuple(channels))
-        self.timeline.show_channels(channels)
+        self._show_channels()
+
+    def _show_channels(self) -> None:
+        wanted = self._store.current.review_channels
+        self.timeline.show_channels((*wanted, *self.raw_fields.shown))
 
     # Changes
 
@@ -297,6 +303,8 @@ class ManeuversPage(ReviewStepPage):
     def _show_flight(self, flight: ReviewedFlight | None) -> None:
         traces = None if flight is None else Traces(flight.flight)
         self.channels.set_available_channels(() if traces is None else traces.channels)
+        self.raw_fields.show_flight(None if flight is None else flight.path, traces)
+        self._show_channels()
         self.timeline.show_flight(traces)
         self._refresh()
 

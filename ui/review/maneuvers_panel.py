@@ -33,6 +33,7 @@ from ui.review.maneuver_text import (
     title_text,
 )
 from ui.review.maneuvers_table import ManeuversTable
+from ui.review.raw_field_picker import RawFieldPicker
 from ui.review.timeline import Timeline
 from ui.review.timeline_painter import TIMELINE_CHANNELS
 from ui.translation import QT_TR_NOOP, tr
@@ -334,6 +335,7 @@ class ManeuversPanel(ScrollingPage):
         self.bar = ManeuverToolbar(actions, style)
         self.panel = FlightsPanel(actions, style)
         self.channels = ChannelToggles(style)
+        self.raw_fields = RawFieldPicker(style)
         self.table = ManeuversTable(style, [actions[name] for name in _MENU_COMMANDS])
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         # What one works on stands first, also where the window is narrow.
@@ -341,7 +343,7 @@ class ManeuversPanel(ScrollingPage):
         pair.left.addWidget(self.details)
         pair.left.addWidget(self.timeline, 1)
         pair.left.addWidget(self.bar)
-        add_widgets(pair.right, self.panel, self.channels)
+        add_widgets(pair.right, self.panel, self.channels, self.raw_fields)
         pair.right.addStretch(1)
         self.column.addWidget(pair, 3)
         self.column.addWidget(self.table, 1)

@@ -12,7 +12,7 @@ import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
-from gsapp.quantities import FloatArray, channel, trace_color
+from gsapp.quantities import FloatArray, channel, is_raw_channel, trace_color
 from gsapp.session.review.traces import Traces
 from ui.display_style import DisplayStyle, mix_colors
 from ui.number_format import clock_text, number_text, symbol_text, unit_text
@@ -74,6 +74,11 @@ def build_timeline_charts(
         names = [name for name in group if name in wanted and name in traces.channels]
         if names:
             found.append(_build_chart(traces, names, start, stop, columns, units))
+    found += [
+        _build_chart(traces, [name], start, stop, columns, units)
+        for name in traces.channels
+        if name in wanted and is_raw_channel(name)
+    ]
     return tuple(found)
 
 
@@ -390,7 +395,8 @@ def draw_curve_names(
         (name, QColor(style.theme.trace(line.color)))
         for name, line in zip(names, chart.lines, strict=True)
     ]
-    texts.append((f"[{chart.unit}]", style.color("muted")))
+    if chart.unit:
+        texts.append((f"[{chart.unit}]", style.color("muted")))
     rim = QPen(style.color("panel"), style.px(_OUTLINE_WIDTH), j=Qt.PenJoinStyle.RoundJoin)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -119,17 +119,22 @@ def map_log(
     )
 
 
-def _raw_entries(log: ForeignLog, patterns: Sequence[str], remarks: list[str]) -> list[MapEntry]:
-    """Return the entries of all numbers of a log that fit patterns of raw channels."""
-    if not patterns:
-        return []
-    entries = [
+def log_numbers(log: ForeignLog) -> list[MapEntry]:
+    """Return the entries of all numbers of a log."""
+    return [
         raw_entry(message, selector, name, index)
         for (message, selector), table in log.tables.items()
         for name, values in table.fields.items()
         if name not in _STAMPS
         for index in ((None,) if values.ndim == 1 else range(values.shape[1]))
     ]
+
+
+def _raw_entries(log: ForeignLog, patterns: Sequence[str], remarks: list[str]) -> list[MapEntry]:
+    """Return the entries of all numbers of a log that fit patterns of raw channels."""
+    if not patterns:
+        return []
+    entries = log_numbers(log)
     found: dict[str, MapEntry] = {}
     for pattern in patterns:
         fits = RawPatterns([pattern]).matches

@@ -19,6 +19,7 @@ class Traces:
     """The signals of a whole flight, with stand-ins where the channels themselves are missing."""
 
     def __init__(self, flight: Flight) -> None:
+        self._raw: dict[str, tuple[FloatArray, FloatArray]] = {}
         self.times = flight.block.times
         rows = extract_signals(flight.block)
         self._series: Mapping[str, FloatArray] = {
@@ -29,15 +30,23 @@ class Traces:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Return what was measured, in the order of the signals."""
-        return tuple(self._series)
+        """Return what was measured, in the order of the signals, then raw channels."""
+        return (*self._series, *self._raw)
+
+    def add(self, name: str, times: FloatArray, values: FloatArray) -> None:
+        """Add a raw channel at its own times, s; shapes (n,)."""
+        self._raw[name] = times, values
+
+    def _samples(self, name: str) -> tuple[FloatArray, FloatArray]:
+        return self._raw[name] if name in self._raw else (self.times, self._series[name])
 
     def value(self, name: str, time: float) -> float:
         """Return the sample (SI) nearest to a time, s; NaN where it is missing."""
-        place = int(np.clip(np.searchsorted(self.times, time), 1, self.times.size - 1))
-        if time - self.times[place - 1] <= self.times[place] - time:
+        times, values = self._samples(name)
+        place = int(np.clip(np.searchsorted(times, time), 1, max(times.size - 1, 1)))
+        if place == times.size or time - times[place - 1] <= times[place] - time:
             place -= 1
-        return float(self._series[name][place])
+        return float(values[place])
 
     def line(
         self, name: str, start: float, stop: float, columns: int
@@ -58,11 +67,11 @@ class Traces:
         times, values : ndarray, shape (m,)
             s and SI; NaN where missing.
         """
-        values = self._series[name]
-        low, high = np.searchsorted(self.times, (start, stop))
+        all_times, values = self._samples(name)
+        low, high = np.searchsorted(all_times, (start, stop))
         low, high = max(int(low) - 1, 0), min(int(high) + 1, values.size)
         if high - low <= _SAMPLES_PER_COLUMN * max(columns, 1):
-            return self.times[low:high], values[low:high]
+            return all_times[low:high], values[low:high]
         size = -(-(high - low) // max(columns, 1))
         first = low // size * size
         edges = np.arange(first, high, size)
@@ -70,4 +79,4 @@ class Traces:
         both = np.empty(2 * edges.size)
         both[0::2] = np.fmin.reduceat(part, edges - first)
         both[1::2] = np.fmax.reduceat(part, edges - first)
-        return np.repeat(self.times[edges], 2), both
+        return np.repeat(all_times[edges], 2), both
