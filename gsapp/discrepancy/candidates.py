@@ -143,6 +143,11 @@ def _equation_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder:
     return make
 
 
+def coefficient_of(target: str) -> str:
+    """Return the coefficient that what adds to a coefficient, force or moment shows in."""
+    return (_AXES.get(target) or _LOADS.get(target) or (target,))[0]
+
+
 def coefficient_entry(
     target: str, history: FloatArray, found: Linearization, aircraft: Aircraft
 ) -> SensitivityEntry:

@@ -8,9 +8,10 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.stats import norm
 
 from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.candidates import coefficient_of
 from gsapp.discrepancy.disagreements import (
     apply_residual_floor,
     coefficient_map,
@@ -25,6 +26,7 @@ from gsapp.discrepancy.effect_selection import (
     posterior_probabilities,
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
+from gsapp.discrepancy.mass_patterns import MovedValues, mass_errors
 from gsapp.discrepancy.results import (
     ChangedValue,
     DiscrepancyResult,
@@ -40,7 +42,6 @@ from gsapp.discrepancy.results import (
 from gsapp.discrepancy.search_checks import record_remarks
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
-from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
@@ -48,33 +49,15 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
 
 
-def find_changed_values(model: Model | None, fit: FilterErrorFit) -> dict[str, ChangedValue]:
-    """Return the derivatives that moved beyond their bounds, all together significantly.
-
-    Empty where no model was given: a fitted one cannot be wrong in its values.
-    """
-    if model is None:
+def find_changed_values(moved: MovedValues) -> dict[str, ChangedValue]:
+    """Return the derivatives that moved beyond their bounds, all together significantly."""
+    if moved.p_value(moved.change, len(moved.names)) > SEARCH.change_significance:
         return {}
-    names = [name for name in fit.free if name in derivative_names()]
-    if not names:
-        return {}
-    information = fit.information().with_priors(fit.priors())
-    every = (*fit.free, *fit.bias_names())
-    _, covariance = information.solution(every)
-    places = [every.index(name) for name in names]
-    own = covariance[np.ix_(places, places)]
-    after = np.array([fit.values[name] for name in names])
-    before = np.array([model.derivative(name) for name in names])
-    own = own + np.diag((SEARCH.min_relative_change * before) ** 2)
-    moved = after - before
-    together = float(moved @ np.linalg.solve(own, moved))
-    if chi2.sf(together, len(names)) > SEARCH.change_significance:
-        return {}
-    std = np.sqrt(own.diagonal())
-    least = float(norm.isf(0.5 * SEARCH.change_significance / len(names)))
+    std = np.sqrt(moved.covariance.diagonal())
+    least = float(norm.isf(0.5 * SEARCH.change_significance / len(moved.names)))
     return {
         name: ChangedValue(before=float(old), after=float(new), std=float(bound))
-        for name, old, new, bound in zip(names, before, after, std, strict=True)
+        for name, old, new, bound in zip(moved.names, moved.before, moved.after, std, strict=True)
         if abs(new - old) > least * bound
     }
 
@@ -206,7 +189,11 @@ def build_result(
     last = stages[-1]
     open_ = [before.decision for before, after in pairwise(stages) if after.equivalent_effects]
     open_.append(last.decision)
-    values = find_changed_values(model, last.fit)
+    # A fitted model cannot be wrong in its values.
+    moved = None if model is None else MovedValues.of_fit(model, last.fit)
+    values = find_changed_values(moved) if moved and moved.names else {}
+    targets = {coefficient_of(create_term(one.effect, aircraft).target) for one in effects}
+    rescaled = mass_errors(moved, aircraft, targets) if moved and values else ()
     seen = compute_observability(stages[0].screening, {one.effect for one in effects})
     verdict = _verdict(last.decision.kind, effects, values, seen)
     shown = maneuver_histories(held, _REPORTED)
@@ -235,7 +222,7 @@ def build_result(
         steps=steps,
         effects=effects,
         values=values,
-        alternatives=find_alternatives(verdict, open_, values, model),
+        alternatives=(*find_alternatives(verdict, open_), *rescaled),
         disturbance=_disturbance(last.fit),
         gap=compute_gap(held, len(effects)),
         maneuvers=shown,

@@ -316,10 +316,7 @@ def _plain(value: Any) -> Any:
 
 
 def find_alternatives(
-    verdict: DiscrepancyVerdict,
-    decisions: Sequence[EffectDecision],
-    values: Mapping[str, ChangedValue],
-    model: Model | None,
+    verdict: DiscrepancyVerdict, decisions: Sequence[EffectDecision]
 ) -> tuple[Alternative, ...]:
     """Return what these flights cannot tell from the answer, for decisions that named nothing."""
     found = []
@@ -336,54 +333,7 @@ def find_alternatives(
             for one in decision.alternatives
             if one.named or verdict == "unexplained"
         ]
-    if model is not None and values:
-        found += _rescaling_alternatives(values)
     return tuple(found)
-
-
-_RESCALING_EFFECTS = (
-    (("Cm_alpha", "Cm_q", "Cm_de"), "mass.inertia.iyy", 1.0),
-    (("Cl_beta", "Cl_p", "Cl_r", "Cl_da"), "mass.inertia.ixx", 1.0),
-    (("Cn_beta", "Cn_r", "Cn_dr"), "mass.inertia.izz", 1.0),
-    (("CN_alpha",), "mass.mass.error", 1.0),
-)
-
-
-def _rescaling_alternatives(values: Mapping[str, ChangedValue]) -> list[Alternative]:
-    """Return the errors of mass and inertia that would move these values all by one factor."""
-    found = []
-    for names, effect, _ in _RESCALING_EFFECTS:
-        moved = [values[name] for name in names if name in values]
-        if len(moved) < max(1, len(names) - 1):
-            continue
-        ratios = [one.after / one.before for one in moved if one.before]
-        spread = [abs(one.std / one.before) for one in moved if one.before]
-        if not ratios:
-            continue
-        mean = sum(ratios) / len(ratios)
-        if all(
-            abs(ratio - mean) < 3.0 * bound for ratio, bound in zip(ratios, spread, strict=True)
-        ):
-            record = find_effect(effect)
-            found.append(
-                Alternative(
-                    effects=(effect,),
-                    title=record.title,
-                    why=f"moves {', '.join(names)} by one factor, here {mean:.2f}",
-                    fly=record.remedy,
-                )
-            )
-    if "Cm_alpha" in values and "CN_alpha" not in values:
-        record = find_effect("mass.cg.x")
-        found.append(
-            Alternative(
-                effects=("mass.cg.x",),
-                title=record.title,
-                why="moves Cm_alpha by CN_alpha times the shift over the chord",
-                fly=record.remedy,
-            )
-        )
-    return found
 
 
 def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:

@@ -129,6 +129,7 @@ class DiscrepancyAlgorithmSettings:
     cg_tolerance: float = 2.0  # mm: no search would see a smaller shift.
     change_significance: float = 0.003  # Chance of reporting values that did not change.
     min_relative_change: float = 0.01  # Smaller changes are within any model's accuracy.
+    min_pattern_share: float = 0.9  # Of all changes together that one mass property must explain.
     min_alias_cosine: float = 0.7  # Cosine from which an effect is listed as an alias.
     max_aliases: int = 4  # Aliases that are listed.
     visible_sigma: float = 5.0  # Deviations from which an effect of usual size is visible.

@@ -74,8 +74,10 @@ ReportUnits = Literal["US", "SI"]
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
 _HOW_TO_READ: Final = (
-    "The standard error of the mean is one standard deviation; beside it in percent of the mean. "
-    "The truth lies within two standard errors in 95 % of all cases. Scatter is the standard "
+    "The bound of the mean is one standard deviation; beside it in percent of the mean. It covers "
+    "noise, errors of instruments and aircraft file that all maneuvers share, and what maneuvers "
+    "and methods disagree. The truth lies within two bounds in 95 % of all cases. Scatter is the "
+    "standard "
     "deviation from maneuver to maneuver; over the bounds of single maneuvers it is near 1 where "
     "these are consistent. Before: known before; n: maneuvers that count."
 )
