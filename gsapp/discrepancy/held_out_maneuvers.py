@@ -207,11 +207,6 @@ class HeldOutManeuvers:
         """Return the number of innovations of the maneuvers kept out."""
         return self._information[-1].samples
 
-    def squares_above_floor(self, number: int) -> float:
-        """Return the sum of squares above what noise alone gives; clearly so, or 0."""
-        above = self._squares(number) - self.samples
-        return above if above > 2.0 * np.sqrt(2.0 * self.samples) else 0.0
-
     def misfits(self) -> list[float]:
         """Return the mean square of the whitened innovations under each model; 1 at the floor."""
         return [
@@ -318,15 +313,18 @@ def _computed(fit: FilterErrorFit, one: ManeuverState) -> FloatArray:
     return computed + fit.bias_of(one.record) * bias_sensitivity(one.record, one.motion.states[0])
 
 
-def compute_gap(held: HeldOutManeuvers, effects: int) -> Gap:
-    """Return the gap before and after on the maneuvers kept out."""
+def compute_gap(held: HeldOutManeuvers, left: float | None) -> Gap:
+    """Return the gap before and after on the maneuvers kept out.
+
+    `left`: gain in log-likelihood there of what would be added next; None where nothing was added.
+    """
     last = len(held.fits) - 1
     channels = {
         name: _channel_gap(held, name, last)
         for name in held.channels
         if held.residuals(0, name).size
     }
-    closed, std = _closed_share(held, last) if effects else (None, None)
+    closed, std = (None, None) if left is None else _closed_share(held, last, left)
     return Gap(channels=channels, closed=closed, closed_std=std, on=held.ids)
 
 
@@ -362,22 +360,24 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
     )
 
 
-def _closed_share(held: HeldOutManeuvers, last: int) -> tuple[float | None, float | None]:
+def _closed_share(
+    held: HeldOutManeuvers, last: int, left: float
+) -> tuple[float | None, float | None]:
     """Return the share of the reducible gap that was closed, and its standard deviation.
 
-    The gap in whitened innovations: what the last model took off, over that and what is still
-    above the floor. Chance moves the sum of squares of n innovations by the root of 2 n; what is
-    common to both models cancels.
+    In sums of squares of whitened innovations: T, what the last model took off, over T and L, what
+    the best effect still to add would take off, sized on the maneuvers of the fit. Both models
+    share noise and gusts, which cancel. A gain of size T scatters by 2 root T; below
+    `min_gap_sigmas` of T + L, which is its own variance in noise alone, nothing can be said: None.
     """
-    if not held.samples:
+    taken, left = 2.0 * held.gain(0, last), max(2.0 * left, 0.0)
+    whole = taken + left
+    if not held.samples or whole < SEARCH.min_gap_sigmas**2:
         return None, None
-    taken = 2.0 * held.gain(0, last)
-    if taken <= 0.0:
-        return 0.0, None
-    left = max(held.squares_above_floor(last), 0.0)
-    closed = taken / (taken + left)
-    # The gain of a true effect of size T scatters by 2 root T.
-    return float(closed), float(min(1.0, closed * 2.0 / np.sqrt(taken)))
+    spread = max(held.prediction_distance(0, last), abs(taken), 1.0)
+    # Of T / (T + L), with 2 root T and 2 root L.
+    std = 2.0 * float(np.sqrt(left**2 * spread + taken**2 * max(left, 1.0))) / whole**2
+    return float(np.clip(taken / whole, -1.0, 1.0)), float(min(1.0, std))
 
 
 def maneuver_histories(

@@ -224,7 +224,7 @@ def build_result(
         values=values,
         alternatives=(*find_alternatives(verdict, open_), *rescaled),
         disturbance=_disturbance(last.fit),
-        gap=compute_gap(held, len(effects)),
+        gap=compute_gap(held, _next_gain(steps[-1].ranking) if effects else None),
         maneuvers=shown,
         coefficients=_REPORTED,
         channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
@@ -232,6 +232,11 @@ def build_result(
         instruments=instruments,
     )
     return replace(found, why=explain_verdict(found, last.decision))
+
+
+def _next_gain(ranking: Sequence[RankedCandidate]) -> float:
+    """Return the gain that the best of the effects still to add has on maneuvers kept out."""
+    return ranking[0].held_out if ranking else 0.0
 
 
 def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Model | None) -> Model:

@@ -123,6 +123,7 @@ class DiscrepancyAlgorithmSettings:
     noise_samples: int = 4000  # Random numbers that tell what smoothing leaves of noise.
     linearization_passes: int = 2  # Linearizations about the motion under a new model.
     still_air_intensity: float = 1e-12  # Turbulence with which the filter only simulates.
+    min_gap_sigmas: float = 3.0  # Size of a gap of which a share can be told.
     floor_ratio: float = 3.0  # Times the noise floor within which a model explains a sample.
 
     # Result.

@@ -54,8 +54,10 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
     where = f"maneuver{'s' if len(gap.on) != 1 else ''} {', '.join(gap.on)}"
     if not gap.on:
         return "No maneuver was held out: the model is not validated on new data."
+    if gap.closed is None and found.effects:
+        return f"On {where} (held out) the gap is too small to tell which share was closed."
     if gap.closed is None:
-        return f"On {where} (held out) there was no gap to close."
+        return "No effect was added to close a gap."
     spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.0f}"
     if gap.closed < 0.0:
         return f"On {where} (held out) the gap has not shrunk."

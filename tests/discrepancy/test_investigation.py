@@ -282,6 +282,18 @@ def test_wrong_values_are_told_from_missing_effects() -> None:
     assert any("mass.cg.x" in one.effects for one in found.alternatives)
 
 
+def test_an_effect_that_is_not_missing_closes_nothing(search: Investigation) -> None:
+    """What is missing could still be added; where nothing is, the gap is too small to tell."""
+    forced = DiscrepancySettings(held_out=HELD_OUT, forced=("aero.Cn.beta3",), most_effects=0)
+    gap = search.run(forced).gap
+    assert gap.closed == pytest.approx(0.0, abs=0.05)
+    assert gap.closed_std is not None
+    assert gap.closed_std < 0.1
+    whole = Investigation(flown(TRUTH), AIRCRAFT, TRUTH).run(forced)
+    assert len(whole.effects) == 1
+    assert whole.gap.closed is None
+
+
 def test_nothing_hidden_is_adequate() -> None:
     settings = DiscrepancySettings(held_out=HELD_OUT)
     found = Investigation(flown(TRUTH), AIRCRAFT, TRUTH).run(settings)

@@ -160,7 +160,6 @@ def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     page = Page(path.read_text(encoding="utf-8"))
     assert "adequate" in page.text
     assert "after" not in page.text.partition("4. Show")[2].partition("Observability")[0]
-    assert "no gap" in page.text
     assert "None" not in page.text
     assert "nan" not in page.text
 

@@ -323,7 +323,12 @@ class ShowStage(StageView):
         )
         self._draw_overlay()
         gap = found.gap
-        self.closed.setText(f"{gap_closed_text(gap.closed, gap.closed_std)}.")
+        closed = (
+            gap_closed_text(gap.closed, gap.closed_std)
+            if found.effects
+            else tr("No effect was added to close a gap")
+        )
+        self.closed.setText(f"{closed}.")
         kept = tr("No held-out maneuver: fly one more of each kind.")
         if gap.on:
             kept = tr("Validated on maneuvers {names}, held out of the search.").format(

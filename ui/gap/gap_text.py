@@ -217,7 +217,7 @@ def p_value_text(p_value: float) -> str:
 def gap_closed_text(closed: float | None, std: float | None) -> str:
     """Return ``94 ± 3 % of the gap is closed``."""
     if closed is None:
-        return tr("No gap to close")
+        return tr("The gap is too small to tell which share is closed")
     if std is None:
         return tr("{closed} % of the gap is closed").format(closed=number_text(100 * closed, 0))
     decimals = 0 if 100 * std >= 0.95 else 1
