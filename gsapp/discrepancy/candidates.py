@@ -8,7 +8,7 @@ not given the name of what is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
@@ -64,6 +64,7 @@ class CandidateEffect:
     named: bool  # Whether the catalog explains it.
     parameter: str  # Whose size the column belongs to; empty without a name.
     plausible_size: float  # A usual size, as a difference from neutral.
+    excited: bool = True  # Whether the input that it acts through moved in these flights.
     neutral: float
     low: float = -np.inf
     high: float = np.inf
@@ -76,9 +77,12 @@ class CandidateEffect:
 
 
 def catalog_candidates(
-    records: Sequence[EffectRecord], aircraft: Aircraft
+    records: Sequence[EffectRecord], aircraft: Aircraft, still: Collection[str] = ()
 ) -> tuple[CandidateEffect, ...]:
-    """Return the competitors for effects of the catalog that can be made a column."""
+    """Return the competitors for effects of the catalog that can be made a column.
+
+    `still`: ids of those whose input did not move.
+    """
     found = []
     for record in records:
         term = create_term(record.id, aircraft)
@@ -94,6 +98,7 @@ def catalog_candidates(
                 named=not record.decoy,
                 parameter=item.name,
                 plausible_size=item.default - item.neutral,
+                excited=record.id not in still,
                 neutral=item.neutral,
                 low=item.bounds[0] - item.neutral,
                 high=item.bounds[1] - item.neutral,

@@ -158,11 +158,15 @@ def select_effect(
         kind: DecisionKind = "unexplained"
     elif named < SEARCH.min_catalog_probability:
         kind = "unexplained"
-    elif best.named and evidence[order[0]] >= SEARCH.min_effect_probability * named:
+    elif best.named and (
+        best.excited and evidence[order[0]] >= SEARCH.min_effect_probability * named
+    ):
         kind = "name"
     else:
         kind = "ambiguous"
-        alternatives = tuple(one for one in alternatives if one.named)
+        alternatives = tuple(
+            sorted((one for one in alternatives if one.named), key=lambda one: not one.excited)
+        )
         best = alternatives[0]
     return EffectDecision(
         kind=kind, best=best, alternatives=alternatives, evidence=evidence, gain=gain

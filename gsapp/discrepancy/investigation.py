@@ -10,6 +10,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, unnamed_candidates
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
+from gsapp.discrepancy.effect_catalog import excluded_effects
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
 from gsapp.discrepancy.effect_selection import (
     CandidateScreening,
@@ -155,15 +156,17 @@ class _Search:
         channels = {name for one in of.maneuvers for name in one.block.channels}
         moving = moving_inputs(of.maneuvers)
         present = {effect.id for effect in fit.model.effects}
+        # An effect through an input that stood still may look like another one: it competes, too.
+        still = excluded_effects(of.aircraft, channels, moving=moving)
         records = [
             one
-            for one in catalog_competitors(of.aircraft, channels, moving=moving)
+            for one in catalog_competitors(of.aircraft, channels)
             if one.derivative not in fit.free
             and one.id not in present
             and one.id not in self._settings.refused
             and one.id not in self._failed
         ]
-        named = catalog_candidates(records, of.aircraft)
+        named = catalog_candidates(records, of.aircraft, still)
         unnamed = unnamed_candidates(named, throttle="throttle" in moving, flap="flap" in moving)
         return (*named, *(one for one in unnamed if one.id not in self._settings.refused))
 

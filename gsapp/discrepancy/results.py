@@ -360,7 +360,14 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
         )
     if decision.kind == "ambiguous":
         names = ", ".join(one.id for one in decision.alternatives)
-        sentences.append(f"These flights cannot distinguish: {names}.")
+        if len(decision.alternatives) > 1:
+            sentences.append(f"These flights cannot distinguish: {names}.")
+        sentences += [
+            f"{one.title} ({one.id}) would explain these flights, but what it acts through did "
+            f"not move. Fly {find_effect(one.id).separated_by}."
+            for one in decision.alternatives
+            if not one.excited
+        ]
     if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
         best = decision.best
         sentences.append(

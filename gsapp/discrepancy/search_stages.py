@@ -72,10 +72,13 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     """Return the set that the best of a stage's decision can stand for; empty where it cannot.
 
     What cannot be told apart because it looks the same leaves the same behind, and the search can
-    go on; a set of different things leaves its rests to be misnamed.
+    go on; a set of different things, or one whose input did not move, leaves its rests to be
+    misnamed.
     """
     decision = stage.decision
     if decision.kind != "ambiguous" or decision.best is None:
+        return ()
+    if not all(one.excited for one in decision.alternatives):
         return ()
     cosines = np.abs(stage.screening.cosines(decision.best.id))
     ids = tuple(one.id for one in decision.alternatives)

@@ -117,6 +117,19 @@ def test_gains_that_are_exaggerated_count_for_less() -> None:
     assert found.gain[0] == 60.0
 
 
+def test_an_effect_whose_input_stood_still_is_never_a_name() -> None:
+    """Nor is what looks like it; alone, or beside others, it is an alternative."""
+    still = replace(NAMED[0], excited=False)
+    alone = decided([90.0, 20.0, 0.0, 0.0], (still, *NAMED[1:], UNNAMED))
+    assert alone.kind == "ambiguous"
+    assert [one.id for one in alone.alternatives] == ["a"]
+    beside = decided([60.0, 60.0, 0.0, 0.0], (still, *NAMED[1:], UNNAMED))
+    assert beside.kind == "ambiguous"
+    assert [one.id for one in beside.alternatives] == ["b", "a"]
+    clear = decided([20.0, 60.0, 0.0, 0.0], (still, *NAMED[1:], UNNAMED))
+    assert clear.kind == "name"
+
+
 def test_a_name_needs_nineteen_in_twenty() -> None:
     margin = 2.0 * np.log(SEARCH.min_effect_probability / (1.0 - SEARCH.min_effect_probability))
     for extra, kind in ((0.1, "name"), (-0.1, "ambiguous")):
