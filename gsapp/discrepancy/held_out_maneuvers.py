@@ -207,6 +207,14 @@ class HeldOutManeuvers:
         """Return the number of innovations of the maneuvers kept out."""
         return self._information[-1].samples
 
+    def squares_above_noise(self, number: int, scatter: float) -> tuple[float, float]:
+        """Return the sum of squares above what noise leaves, and its standard deviation.
+
+        `scatter`: of the mean square from maneuver to maneuver.
+        """
+        above = self._squares(number) - self.samples
+        return above, self.samples * scatter / float(np.sqrt(max(len(self.ids), 1)))
+
     def misfits(self) -> list[float]:
         """Return the mean square of the whitened innovations under each model; 1 at the floor."""
         return [
@@ -313,10 +321,15 @@ def _computed(fit: FilterErrorFit, one: ManeuverState) -> FloatArray:
     return computed + fit.bias_of(one.record) * bias_sensitivity(one.record, one.motion.states[0])
 
 
-def compute_gap(held: HeldOutManeuvers, left: float | None) -> Gap:
+def compute_gap(held: HeldOutManeuvers, left: float | None, scatter: float) -> Gap:
     """Return the gap before and after on the maneuvers kept out.
 
-    `left`: gain in log-likelihood there of what would be added next; None where nothing was added.
+    Parameters
+    ----------
+    left : float or None
+        Gain in log-likelihood there of what would be added next; None where nothing was added.
+    scatter : float
+        Standard deviation of the mean square of the innovations from maneuver to maneuver.
     """
     last = len(held.fits) - 1
     channels = {
@@ -324,7 +337,7 @@ def compute_gap(held: HeldOutManeuvers, left: float | None) -> Gap:
         for name in held.channels
         if held.residuals(0, name).size
     }
-    closed, std = (None, None) if left is None else _closed_share(held, last, left)
+    closed, std = (None, None) if left is None else _closed_share(held, last, left, scatter)
     return Gap(channels=channels, closed=closed, closed_std=std, on=held.ids)
 
 
@@ -361,23 +374,28 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
 
 
 def _closed_share(
-    held: HeldOutManeuvers, last: int, left: float
+    held: HeldOutManeuvers, last: int, left: float, scatter: float
 ) -> tuple[float | None, float | None]:
-    """Return the share of the reducible gap that was closed, and its standard deviation.
+    """Return the share of the gap that was closed, and its standard deviation.
 
-    In sums of squares of whitened innovations: T, what the last model took off, over T and L, what
-    the best effect still to add would take off, sized on the maneuvers of the fit. Both models
-    share noise and gusts, which cancel. A gain of size T scatters by 2 root T; below
-    `min_gap_sigmas` of T + L, which is its own variance in noise alone, nothing can be said: None.
+    In sums of squares of whitened innovations: T, what the last model took off, over T + L. L is
+    what stands above the noise, where that is more than maneuvers differ anyway. Else it is what
+    the best effect still to add would take off, sized on the maneuvers of the fit: models share
+    noise and gusts, which cancel, so that it is known far better. Gains T and L scatter by 2 root T
+    and 2 root L. Where T + L is within `min_gap_sigmas` of noise nothing can be said: None.
     """
+    least = SEARCH.min_gap_sigmas
     taken, left = 2.0 * held.gain(0, last), max(2.0 * left, 0.0)
+    left_std = 2.0 * float(np.sqrt(max(left, 1.0)))
+    above, above_std = held.squares_above_noise(last, scatter)
+    if above > max(least * above_std, left):
+        left, left_std = above, above_std
     whole = taken + left
-    if not held.samples or whole < SEARCH.min_gap_sigmas**2:
+    if not held.samples or whole < least**2:
         return None, None
-    spread = max(held.prediction_distance(0, last), abs(taken), 1.0)
-    # Of T / (T + L), with 2 root T and 2 root L.
-    std = 2.0 * float(np.sqrt(left**2 * spread + taken**2 * max(left, 1.0))) / whole**2
-    return float(np.clip(taken / whole, -1.0, 1.0)), float(min(1.0, std))
+    taken_std = 2.0 * float(np.sqrt(max(held.prediction_distance(0, last), abs(taken), 1.0)))
+    std = float(np.hypot(left * taken_std, taken * left_std)) / whole**2
+    return float(np.clip(taken / whole, -1.0, 1.0)), min(1.0, std)
 
 
 def maneuver_histories(

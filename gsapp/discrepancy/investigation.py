@@ -27,6 +27,7 @@ from gsapp.discrepancy.search_checks import (
     check_instruments,
     check_maneuvers,
     check_model_match,
+    comparable_maneuvers,
     moving_inputs,
 )
 from gsapp.discrepancy.search_stages import (
@@ -44,7 +45,6 @@ from gsapp.discrepancy.settings import (
 )
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
-from gsapp.flight.maneuvers.signals import LEVERS
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.filter_error.motion_linearization import (
@@ -64,8 +64,7 @@ class Investigation:
     def __init__(
         self, maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None = None
     ) -> None:
-        # Levers alone move in the approach: what the flap does there would pass for the effect.
-        maneuvers = [one for one in maneuvers if not one.inputs or {*one.inputs} - {*LEVERS}]
+        maneuvers = comparable_maneuvers(maneuvers)
         check_maneuvers(maneuvers, aircraft)
         if model is not None:
             check_model_match(model, maneuvers)

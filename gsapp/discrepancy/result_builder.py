@@ -47,6 +47,7 @@ from gsapp.dynamics.terms import create_term
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import MAD_TO_STD
 
 
 def find_changed_values(moved: MovedValues) -> dict[str, ChangedValue]:
@@ -224,7 +225,9 @@ def build_result(
         values=values,
         alternatives=(*find_alternatives(verdict, open_), *rescaled),
         disturbance=_disturbance(last.fit),
-        gap=compute_gap(held, _next_gain(steps[-1].ranking) if effects else None),
+        gap=compute_gap(
+            held, _next_gain(steps[-1].ranking) if effects else None, _misfit_scatter(last)
+        ),
         maneuvers=shown,
         coefficients=_REPORTED,
         channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
@@ -237,6 +240,16 @@ def build_result(
 def _next_gain(ranking: Sequence[RankedCandidate]) -> float:
     """Return the gain that the best of the effects still to add has on maneuvers kept out."""
     return ranking[0].held_out if ranking else 0.0
+
+
+def _misfit_scatter(stage: SearchStage) -> float:
+    """Return how the mean square of the innovations differs between most maneuvers of the fit."""
+    squares = [
+        float(one.matrix[-1, -1]) / max(one.samples, 1.0)
+        for one in stage.screening.maneuver_information.values()
+    ]
+    away = np.abs(np.array(squares) - np.median(squares))
+    return MAD_TO_STD * float(np.median(away)) if len(squares) > 2 else float("inf")
 
 
 def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Model | None) -> Model:

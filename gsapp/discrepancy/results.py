@@ -145,8 +145,8 @@ class Gap:
     channels: Mapping[str, ChannelGap]
     closed: float | None
     closed_std: float | None
-    """Share of the reducible gap that was closed (1: all that a further effect could), and its
-    standard deviation; None where no effect was added, or the gap is too small to tell."""
+    """Share of the gap that was closed (1: all), and its standard deviation; None where no effect
+    was added, or the gap is too small to tell."""
     on: tuple[str, ...]  # Ids of the maneuvers kept out.
 
 

@@ -12,6 +12,7 @@ from gsapp.discrepancy.results import InstrumentRemark
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
+from gsapp.flight.maneuvers.signals import LEVERS
 from gsapp.foundation import FlightError
 from gsapp.foundation.name_suggestions import format_names
 from gsapp.identification.channel_faults import check_sample_count
@@ -73,6 +74,32 @@ _NEEDED = ("alpha", "q", "an")
 _MIN_INPUT_RANGE = {"de": 0.01, "da": 0.01, "dr": 0.01, "flap": 0.05, "throttle": 0.08}
 """Ranges (rad; throttle 0 to 1) over all maneuvers from which an input counts as moved."""
 _SUBSTITUTE_CHANNELS = {"throttle": "thrust"}
+
+
+def comparable_maneuvers(maneuvers: Sequence[Maneuver]) -> list[Maneuver]:
+    """Return the maneuvers without those of throttle or flap alone that were flown another way.
+
+    With the flap as where a surface moved, steps of the throttle show what it does. In the approach
+    they come with the flap out, in ground effect: all that would pass for the effect looked for.
+    """
+    own = [one for one in maneuvers if not one.inputs or {*one.inputs} - {*LEVERS}]
+    least = _MIN_INPUT_RANGE["flap"]
+    places = [_flap_range(one) for one in own]
+    low, high = (
+        min((one for one, _ in places), default=0.0) - least,
+        max((one for _, one in places), default=0.0) + least,
+    )
+
+    def is_usual(one: Maneuver) -> bool:
+        least_flap, most_flap = _flap_range(one)
+        return low < least_flap and most_flap < high
+
+    return [one for one in maneuvers if one in own or is_usual(one)]
+
+
+def _flap_range(maneuver: Maneuver) -> tuple[float, float]:
+    samples = maneuver.samples("flap") if maneuver.has("flap") else np.zeros(1)
+    return float(np.nanmin(samples)), float(np.nanmax(samples))
 
 
 def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:

@@ -58,13 +58,11 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
         return f"On {where} (held out) the gap is too small to tell which share was closed."
     if gap.closed is None:
         return "No effect was added to close a gap."
-    spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.0f}"
     if gap.closed < 0.0:
         return f"On {where} (held out) the gap has not shrunk."
-    return (
-        f"On {where} (held out) {100.0 * gap.closed:.0f}{spread} % of the gap that a model can "
-        "close was closed."
-    )
+    digits = 0 if gap.closed_std is None or gap.closed_std > 0.0095 else 1
+    spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.{digits}f}"
+    return f"On {where} (held out) {100.0 * gap.closed:.{digits}f}{spread} % of the gap was closed."
 
 
 def disturbance_text(found: DiscrepancyResult) -> str:

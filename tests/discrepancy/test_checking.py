@@ -10,12 +10,18 @@ from hypothesis import strategies as st
 from gsapp.discrepancy.disagreements import ModelErrorLocation, find_disagreements
 from gsapp.discrepancy.investigation import Investigation
 from gsapp.discrepancy.results import ManeuverHistories
-from gsapp.discrepancy.search_checks import check_forced_effects, check_maneuvers, moving_inputs
+from gsapp.discrepancy.search_checks import (
+    check_forced_effects,
+    check_maneuvers,
+    comparable_maneuvers,
+    moving_inputs,
+)
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.filter_error.filter_error_fit import InformationMatrix
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 from tests.discrepancy.core_kit import AIRCRAFT, maneuver, with_channel
 
 
@@ -327,3 +333,14 @@ def test_what_nothing_is_known_of_stays_where_it_is() -> None:
     assert moves[kept] == pytest.approx(expected, rel=1e-6)
     assert covariance[np.ix_(kept, kept)] == pytest.approx(bounds, rel=1e-6)
     assert covariance[NAMES.index("c"), NAMES.index("c")] > 1e6
+
+
+def test_steps_of_the_throttle_take_part_where_the_flap_is_as_usual() -> None:
+    """Those of an approach do not; maneuvers that move a surface always do."""
+    clean = [maneuver(seed, duration=3.0) for seed in (1, 2)]
+    throttle = replace(maneuver(3, duration=3.0), inputs=("throttle",))
+    approach = with_channel(replace(throttle, id="approach"), "flap", 20.0 * DEGREE)
+    landing = with_channel(replace(clean[1], id="landing"), "flap", 20.0 * DEGREE)
+    assert comparable_maneuvers([*clean, throttle, approach]) == [*clean, throttle]
+    every = [*clean, landing, throttle, approach]
+    assert comparable_maneuvers(every) == every

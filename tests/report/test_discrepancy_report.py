@@ -126,7 +126,7 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         "The model lacks a named effect.",
         "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
         "forced",
-        "94 ± 3 % of the gap that a model can close was closed",
+        "94 ± 3 % of the gap was closed",
         "gusts of 1.0 ± 0.13 ft/s",
         "a_y reads 0.02 g high",
         "weigh the aircraft on two scales",
