@@ -52,7 +52,8 @@ def altitude(static_pressure: Number) -> Number:
     if isinstance(static_pressure, float):
         return float(pressure_altitude(static_pressure)) if static_pressure > 0.0 else math.nan
     # The last bit of NumPy's powers depends on the processor; so each number is taken by itself.
-    numbers = [altitude(pressure) for pressure in static_pressure.ravel().tolist()]
+    pressures = static_pressure.ravel().tolist()
+    numbers = [pressure_altitude(each) if each > 0.0 else math.nan for each in pressures]
     return np.array(numbers).reshape(static_pressure.shape)
 
 

@@ -48,18 +48,25 @@ def combine_on_grid(blocks: Iterable[Block], rate: float) -> Block:
     pieces: list[tuple[list[int], IndexArray, FloatArray]] = []
     for block in blocks:
         present = ~np.isnan(block.values)
-        used = np.flatnonzero(present.any(axis=0)).tolist()
+        used = [place for place in range(present.shape[1]) if present[:, place].any()]
         if not used:
             continue
         columns = [channels.setdefault(block.channels[place], len(channels)) for place in used]
-        filled = present.any(axis=1)
+        samples = block.values if len(used) == len(block.channels) else block.values[:, used]
+        filled = np.logical_or.reduce([present[:, place] for place in used])
+        if not filled.all():
+            samples = samples[filled]
         index = np.rint(block.times[filled] * rate).astype(np.int64)
-        pieces.append((columns, index, block.values[filled][:, used]))
+        pieces.append((columns, index, samples))
     indices = [index for _, index, _ in pieces]
     rows = grid_row_indices(np.concatenate(indices) if indices else np.empty(0, np.int64), rate)
     values = np.full((rows.size, len(channels)), np.nan)
     for columns, index, samples in pieces:
-        values[np.searchsorted(rows, index)[:, np.newaxis], columns] = samples
+        first, last = np.searchsorted(rows, index[[0, -1]]).tolist()
+        if last - first == index.size - 1 and columns == list(range(columns[0], columns[-1] + 1)):
+            values[first : last + 1, columns[0] : columns[-1] + 1] = samples
+        else:
+            values[np.searchsorted(rows, index)[:, np.newaxis], columns] = samples
     return Block(channels=tuple(channels), times=rows / rate, values=values)
 
 

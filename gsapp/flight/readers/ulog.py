@@ -145,13 +145,14 @@ class _Scan:
         self.torn = self.damaged = False
         self._formats: dict[str, str] = {}
         self._topics: dict[int, tuple[MessageKey, np.dtype[np.void]]] = {}
+        self._unread_topics: dict[int, tuple[int, int]] = {}
         self._samples: dict[int, list[int]] = {}
         # By number of the topic: bytes of a sample behind the head, and what takes its place.
         self._lengths = [-1] * 65536
         self._take: list[Callable[[int], None]] = [self.texts.append] * 65536
         self._readers: dict[int, Callable[[int, int], None]] = {
             ord("F"): self._read_format,
-            ord("A"): self._read_topic,
+            ord("A"): self._note_topic,
             ord("O"): self._read_dropout,
             ord("P"): lambda place, _: self.parameters.append(place),
             **dict.fromkeys(_TEXTS, lambda place, _: self.texts.append(place)),
@@ -174,6 +175,9 @@ class _Scan:
                 reader = self._readers.get(kind)
                 if reader is not None and length > 1:
                     reader(place, after)
+            elif kind == _SAMPLE and topic in self._unread_topics:
+                self._read_topic(topic, *self._unread_topics.pop(topic))
+                continue
             else:
                 follows = self._next_sample(place + 1, end)
                 if follows == end and kind in _KINDS and after > end and kind != _SAMPLE:
@@ -207,10 +211,14 @@ class _Scan:
     def _read_dropout(self, place: int, _: int) -> None:
         self.dropouts.append(self.data[place + 3] | self.data[place + 4] << 8)
 
-    def _read_topic(self, place: int, after: int) -> None:
-        if after - place < 7:
-            return
-        number = self.data[place + 4] | self.data[place + 5] << 8
+    def _note_topic(self, place: int, after: int) -> None:
+        if after - place >= 7:
+            number = self.data[place + 4] | self.data[place + 5] << 8
+            self._unread_topics[number] = place, after
+            self._lengths[number] = -1
+
+    def _read_topic(self, number: int, place: int, after: int) -> None:
+        """Learn what samples of a topic look like, when the first comes: of most there are none."""
         name = self.data[place + 6 : after].decode("ascii", "replace")
         fields = list(self._fields(name, ""))
         while fields and fields[-1][0].startswith(_PADDING):
