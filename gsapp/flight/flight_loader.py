@@ -51,13 +51,14 @@ _RECORDS_AT_ONCE = 20_000
 _USUAL_RATES = (1, 2, 5, 10, 20, 25, 50, 60, 100, 125, 200, 250, 400, 500, 1000)
 _LOG_MAPS = {".bin": "ardupilot-log", ".log": "ardupilot-log", ".ulg": "px4-log"}
 _MAPPED = (".tlog", *_LOG_MAPS)
-_TABLES = (".csv", ".txt", ".asc", ".dat", ".tsv", ".mat", ".parquet")
-LOG_SUFFIXES = (".tlog", *_LOG_MAPS, *(ending for ending in _TABLES if ending != ".txt"))
+TABLE_SUFFIXES = (".csv", ".txt", ".asc", ".dat", ".tsv", ".mat", ".parquet")
+"""Of files whose columns are channels."""
+LOG_SUFFIXES = (".tlog", *_LOG_MAPS, *(ending for ending in TABLE_SUFFIXES if ending != ".txt"))
 """Of files that may be the on-board log of a flight."""
 _FORMATS = {
     ".tlog": "mavlink",
     **_LOG_MAPS,
-    **dict.fromkeys(_TABLES, "table"),
+    **dict.fromkeys(TABLE_SUFFIXES, "table"),
 }
 _HEARTBEAT = 0
 _AUTOPILOT = 5  # place in the payload of HEARTBEAT
@@ -308,7 +309,7 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
     if ending in _LOG_MAPS:
         channel_map = setting.channel_map or load_channel_map(_LOG_MAPS[ending])
         return _decode_log(_read_log(path), channel_map, setting)
-    if ending not in _TABLES:
+    if ending not in TABLE_SUFFIXES:
         raise FlightError(
             f"{path} has an unknown file ending; flights are folders, {', '.join(LOG_SUFFIXES)} "
             "and .txt"

@@ -7,12 +7,22 @@ from pathlib import Path
 import numpy as np
 
 from gsapp.decoding.raw_channels import mavlink_numbers
-from gsapp.flight.flight_loader import frame_message, load_flight, read_onboard_log
+from gsapp.flight.flight_loader import (
+    TABLE_SUFFIXES,
+    frame_message,
+    load_flight,
+    read_onboard_log,
+)
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw_files import read_nonempty_tlog
 from gsapp.flight.readers.log_mapping import log_numbers
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
+
+
+def may_hold_messages(path: Path) -> bool:
+    """Return whether a flight, by its name, may be more than a table."""
+    return path.suffix.casefold() not in TABLE_SUFFIXES
 
 
 def list_raw_fields(path: Path) -> tuple[str, ...]:

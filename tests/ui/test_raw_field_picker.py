@@ -29,6 +29,8 @@ def test_a_field_gets_a_chart_of_its_own_and_goes_again(
     traces = Traces(flight)
     picker.show_flight(bin_file, traces)
     box = picker.fields.box
+    assert box.count() == 1
+    picker.list_fields()
     qtbot.waitUntil(lambda: box.findData("CTUN.NavRoll") > 0)
     with qtbot.waitSignal(picker.changed):
         picker.toggle("CTUN.NavRoll")
@@ -41,5 +43,6 @@ def test_a_field_gets_a_chart_of_its_own_and_goes_again(
     assert traces.value("CTUN.NavRoll", 1.019) == pytest.approx(7.0)
     picker.toggle("CTUN.NavRoll")
     assert picker.shown == ()
-    picker.show_flight(None, None)
+    picker.show_flight(tmp_path / "flight.csv", traces)
     assert box.count() == 1
+    assert picker.isHidden()

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtWidgets import QComboBox, QVBoxLayout, QWidget
 
 from gsapp.session.review.traces import Traces
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 
 class RawFieldPicker(QWidget):
-    """A list of all fields that narrows as one types. A field that is chosen again goes away."""
+    """A list of all fields that narrows as one types. A field that is chosen again goes away.
+
+    It is filled when somebody goes to it: a long log takes seconds to look through.
+    """
 
     changed = Signal(object)
     """The fields that are shown, in the order in which they were chosen."""
@@ -32,6 +35,7 @@ class RawFieldPicker(QWidget):
         super().__init__()
         self._path: Path | None = None
         self._traces: Traces | None = None
+        self._is_listed = False
         self.shown: tuple[str, ...] = ()
         self.job: BackgroundJob | None = None
         self.fields = LabeledComboBox(style, tr("Message field"), letters=16)
@@ -48,14 +52,30 @@ class RawFieldPicker(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         add_widgets(column, self.fields, self.message)
         box.activated.connect(lambda _place: self.toggle(self.fields.current_key))
+        box.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self.fields.box and event.type() == QEvent.Type.FocusIn:
+            self.list_fields()
+        return super().eventFilter(watched, event)
 
     def show_flight(self, path: Path | None, traces: Traces | None) -> None:
-        """List the fields of another flight; none of them is shown."""
+        """Offer the fields of another flight; none of them is shown."""
+        from gsapp.flight.raw_fields import may_hold_messages
+
         self._path, self._traces, self.shown = path, traces, ()
+        self._is_listed = False
         self._list(())
         self._say("")
-        if path is None:
+        self.setVisible(path is not None and may_hold_messages(path))
+
+    def list_fields(self) -> None:
+        """List the fields of the flight, once."""
+        path = self._path
+        if path is None or self._is_listed:
             return
+        self._is_listed = True
+        self._say(tr("Listing the fields…"))
         from gsapp.flight.raw_fields import list_raw_fields
 
         def work(_progress: JobProgress) -> tuple[str, ...]:
@@ -92,6 +112,7 @@ class RawFieldPicker(QWidget):
     def _listed(self, path: Path, names: tuple[str, ...]) -> None:
         if path == self._path:
             self._list(names)
+            self._say("" if names else tr("This flight has no messages."))
 
     def _loaded(self, traces: Traces, name: str, samples: tuple[FloatArray, FloatArray]) -> None:
         if traces is self._traces:
@@ -105,7 +126,6 @@ class RawFieldPicker(QWidget):
 
     def _list(self, names: tuple[str, ...]) -> None:
         self.fields.set_choices([("", ""), *((name, name) for name in names)], "")
-        self.setVisible(bool(names))
 
     def _say(self, words: str) -> None:
         self.message.setText(words)
