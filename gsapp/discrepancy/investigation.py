@@ -291,13 +291,16 @@ class _Search:
         model = fit.revised_model().with_effect(one.id, values)
         free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
         new = fit.with_model(model, free)
-        fit_to_convergence(
-            new,
-            SEARCH.effect_passes if screening else SEARCH.max_passes_far_start,
-            self._tick,
-            doing,
-            fresh=True,
-        )
+        try:
+            fit_to_convergence(
+                new,
+                SEARCH.effect_passes if screening else SEARCH.max_passes_far_start,
+                self._tick,
+                doing,
+                fresh=True,
+            )
+        except FlightError as error:
+            raise FlightError(f"with {one.id} added, {error}; refuse the effect") from error
         return new
 
     def _with(

@@ -21,7 +21,7 @@ from gsapp.dynamics.buildup import derivative_names, linear_variables
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
-from gsapp.identification.filter_error.kalman import create_filter
+from gsapp.identification.filter_error.kalman import DIVERGED_TEXT, create_filter
 from gsapp.identification.filter_error.maneuver_state import (
     FilteredColumns,
     ManeuverState,
@@ -461,7 +461,7 @@ class FilterErrorFit:
             low, high = bounds.get(name, (-np.inf, np.inf))
             self.values[name] = float(min(max(moved, low), high))
         if not np.isfinite(moves).all():
-            raise FlightError("the fit of a model with an effect ran away; reject the effect")
+            raise FlightError(DIVERGED_TEXT)
         for name in self.bias_names():
             self.biases[name] += by_name[name]
         self.take_model(self.revised_model())

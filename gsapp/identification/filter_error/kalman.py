@@ -34,7 +34,10 @@ from gsapp.identification.filter_error.steady_state import (
 )
 from gsapp.quantities import FloatArray
 
-_DIVERGED = "the fit of a model ran away; reject the effect, or check the data"
+DIVERGED_TEXT = (
+    "the model diverges; check signs, units and calibration ('gsapp compatibility'), or use "
+    "equation error"
+)
 
 
 class Adjoints(NamedTuple):
@@ -144,7 +147,7 @@ class SteadyStateFilter(InnovationsForm):
         try:
             state = solve_lyapunov(M_s, C_s.T @ precision @ C_s)
         except LinAlgError as error:
-            raise FlightError(_DIVERGED) from error
+            raise FlightError(f"{_where(self.blocks)}{DIVERGED_TEXT}") from error
         return state / scales[:, None] / scales, precision
 
     def smoothed_decay(self, z: FloatArray, b: FloatArray) -> FloatArray:
@@ -195,6 +198,11 @@ def create_filter(
     return _filter(BlockLinearization(linearization, motion, noise), noise)
 
 
+def _where(blocks: BlockLinearization) -> str:
+    """Return the beginning of a sentence about a maneuver."""
+    return f"maneuver {blocks.linearization.record.id}: "
+
+
 def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyStateFilter:
     channels = blocks.linearization.record.channels
     colors = ColoredNoise.from_noise_model(noise, channels, blocks.block_size)
@@ -217,7 +225,10 @@ def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyState
         # What is expected of states hardly changes with speed; what they show does.
         crossed = by_state @ P
         covariance = crossed @ by_state.transpose(0, 2, 1) + of_means
-        whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+        try:
+            whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+        except LinAlgError as error:
+            raise FlightError(f"{_where(blocks)}{DIVERGED_TEXT}") from error
         precision = whitener.transpose(0, 2, 1) @ whitener
         injection = transition @ crossed[:-1].transpose(0, 2, 1) + shared
         injection = injection @ precision[:-1]
@@ -315,7 +326,7 @@ def _steady_covariance(
         except (LinAlgError, ValueError):
             continue
     else:
-        raise FlightError(_DIVERGED)
+        raise FlightError(f"{_where(blocks)}{DIVERGED_TEXT}")
     return (
         P * scales[:, None] * scales,
         shared * scales[:, None] * units,
