@@ -164,6 +164,8 @@ class HeldOutManeuvers:
             flight: replace(
                 one,
                 gust_intensities=(SEARCH.still_air_intensity,) * 3,
+                rotation_intensities=None,
+                gradient_gains=(0.0, 0.0),
                 moment_intensity=SEARCH.still_air_intensity,
                 control_intensities=_NO_CONTROL_NOISE,
             )

@@ -40,13 +40,11 @@ from gsapp.discrepancy.results import (
     find_alternatives,
 )
 from gsapp.discrepancy.search_checks import record_remarks
-from gsapp.discrepancy.search_stages import SearchStage
+from gsapp.discrepancy.search_stages import SearchStage, gust_of
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.identification.maneuver import Maneuver
-from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import MAD_TO_STD
 
 
@@ -224,7 +222,7 @@ def build_result(
         effects=effects,
         values=values,
         alternatives=(*find_alternatives(verdict, open_), *rescaled),
-        disturbance=_disturbance(last.fit),
+        disturbance=gust_of(last.fit),
         gap=compute_gap(
             held, _next_gain(steps[-1].ranking) if effects else None, _misfit_scatter(last)
         ),
@@ -372,17 +370,3 @@ def _verdict(
         if sum(able) >= SEARCH.min_observable_share * len(able)
         else "not-observable"
     )
-
-
-def _disturbance(fit: FilterErrorFit) -> dict[str, float]:
-    """Return the rms of turbulence where it is more than the filter needs in still air."""
-    found = []
-    for one in fit.maneuvers:
-        V = float(np.mean(one.motion.states[0]))
-        rms = fit.noise[one.record.flight].gust_rms(V)
-        found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
-    gust: FloatArray = np.array(found)
-    mean = float(np.sqrt(np.mean(gust**2)))
-    if mean < SEARCH.min_gust_rms:
-        return {}
-    return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}

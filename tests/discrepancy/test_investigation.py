@@ -12,12 +12,15 @@ import pytest
 from gsapp.discrepancy.investigation import Investigation, _check_gain, _Search
 from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.search_checks import check_instruments
+from gsapp.discrepancy.search_stages import fit_baseline
 from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress, SearchStoppedError
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
+from gsapp.identification.filter_error.motion_linearization import create_maneuver_record
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities.constants import DEGREE
 from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver
+from tests.identification.virtual_maneuvers import fly
 
 EFFECT, SIZE = "aero.Cm.alpha2", -3.0
 HELD_OUT = ("2", "5")
@@ -315,3 +318,19 @@ def test_flights_that_show_nothing_do_not_make_a_model_adequate() -> None:
     assert found.verdict == "not-observable"
     assert not found.effects
     assert "larger doublets" in found.why
+
+
+def test_gusts_that_turn_the_air_are_told_from_those_that_do_not() -> None:
+    """Rolled by gusts, flights look as if roll damping and aileron were others."""
+    for rotating in (True, False):
+        flown = [
+            fly(
+                seed, ("lon", "lat")[seed % 2], duration=5.0, dt=0.02, gust=0.5, rotating=rotating,
+                model=TRUTH, aircraft=AIRCRAFT,
+            ).maneuver
+            for seed in range(1, 7)
+        ]  # fmt: skip
+        fit = fit_baseline([create_maneuver_record(one) for one in flown], TRUTH, lambda _: None)
+        (noise,) = fit.noise.values()
+        assert (noise.rotation_intensities is not None) == rotating
+        assert (noise.gradient_gains == (1.0, 1.0)) == rotating
