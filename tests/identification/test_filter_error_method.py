@@ -42,6 +42,14 @@ def test_in_turbulence_errors_are_within_bounds_that_output_error_cannot_reach(k
     assert np.abs(together).max() < 4.5
 
 
+def test_air_that_gusts_turn_is_told_from_air_that_does_not_turn() -> None:
+    """Taken for air that does not turn, CN_alpha would be off by 18 bounds."""
+    virtual = fly(4002, "lon", gust=1.0, dt=0.02, rotating=True)
+    found = estimate([virtual.maneuver], MLSettings(axis="lon"))
+    assert found.converged
+    assert np.abs(errors_over_bounds(found, virtual)).max() < 3.5
+
+
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_in_calm_air_it_is_output_error(kind: str) -> None:
     virtual = fly(31, kind, dt=0.02)

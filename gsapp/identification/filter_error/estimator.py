@@ -75,7 +75,7 @@ def _fit(maneuvers: Sequence[Maneuver], settings: MLSettings) -> Estimate:
     retain_freed_memory()
     problem = build_problem(maneuvers, settings)
     fit = create_fit(problem, settings)
-    passes, settled = _converge(fit)
+    fit, passes, settled = _converge(fit)
     return _Result(problem, fit, settings).estimate(passes, settled)
 
 
@@ -174,66 +174,80 @@ def _records(one: ManeuverProblem) -> list[ManeuverRecord]:
     return found
 
 
-def _converge(fit: FilterErrorFit) -> tuple[int, bool]:
+def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
+    """Fit values and noise in turn; return the likeliest fit, its passes and whether it settled.
+
+    Gusts that differ along the aircraft rotate the air: in nature (gain 1) and by the standard. In
+    many a simulation they do not (0), or with the sign that some editions of the standard give
+    (-1); what vanes ahead of the CG show of it shows in all derivatives. All are compared where
+    values and noise have settled: before, one that is far off can be the likeliest.
+    """
+    start = fit.noise
+    best, passes, settled = fit, *_settle(fit)
+    least = best.deviance()
+    for axis, gust in enumerate("wv"):
+        if not _meets(best, gust):
+            continue
+        for gain in (0.0, -1.0):
+            noise = {
+                flight: replace(
+                    one,
+                    gradient_gains=_replaced(best.noise[flight].gradient_gains, axis, gain),
+                )
+                for flight, one in start.items()
+            }
+            trial = best.branch(noise)
+            number, reached = _settle(trial, beat=least)
+            cost = trial.deviance()
+            if cost < least:
+                best, least, passes, settled = trial, cost, number, reached
+    return best, passes, settled
+
+
+def _meets(fit: FilterErrorFit, gust: str) -> bool:
+    """Return whether any maneuver meets gusts along an axis."""
+    return any(
+        gust in one.current_filter.blocks.gusts.names
+        and fit.noise[one.record.flight].value(f"gust.{gust}") > FILTER_ERROR.negligible_gust
+        for one in fit.maneuvers
+    )
+
+
+def _replaced(gains: tuple[float, float], axis: int, gain: float) -> tuple[float, float]:
+    return (gain, gains[1]) if axis == 0 else (gains[0], gain)
+
+
+def _settle(fit: FilterErrorFit, beat: float = np.inf) -> tuple[int, bool]:
     """Fit values and noise in turn, in place; return the number of passes and whether it settled.
 
-    Ends filtered with the noise and values that it found.
+    It ends early where the deviance will not fall below `beat`. Ends filtered with the noise and
+    values that it found.
     """
     settled = False
-    number = 0
+    number, before = 0, np.inf
     for number in range(1, FILTER_ERROR.max_passes + 1):
         fit.linearize()
-        before = fit.noise
+        last = fit.noise
         if number > 1:
+            fit.noise = dict(last)
             tune_noise(fit, rounds=FILTER_ERROR.noise_rounds)
-        if number == FILTER_ERROR.min_passes:
-            _select_gust_gradients(fit)
-        move = fit.apply_step(fit.information())
+        information = fit.information()
+        deviance = fit.deviance(information)
+        if number >= FILTER_ERROR.min_passes:
+            still = FILTER_ERROR.remaining_falls * max(before - deviance, 0.0)
+            if deviance - still > beat:
+                break
+        before = deviance
+        move = fit.apply_step(information)
         settled = (
             number > FILTER_ERROR.min_passes
             and move < FILTER_ERROR.settled_step
-            and _noise_change(before, fit.noise) < FILTER_ERROR.settled_noise
+            and _noise_change(last, fit.noise) < FILTER_ERROR.settled_noise
         )
         if settled:
             break
     fit.linearize()
     return number, settled
-
-
-def _select_gust_gradients(fit: FilterErrorFit) -> None:
-    """Decide, in place, how gusts that differ along the aircraft rotate the air: what is likelier.
-
-    In air they do (gain 1), in many a simulation they do not (0), or with the sign that some
-    editions of the standard give (-1); what vanes ahead of the CG show of it shows in all
-    derivatives. The fit was linearized and its noise tuned.
-    """
-    best, least = fit.noise, fit.deviance()
-    for axis, gust in enumerate("wv"):
-        if all(
-            gust not in one.current_filter.blocks.gusts.names
-            or best[one.record.flight].value(f"gust.{gust}") <= FILTER_ERROR.negligible_gust
-            for one in fit.maneuvers
-        ):
-            continue
-        first = best
-        for gain in (0.0, -1.0):
-            fit.noise = {
-                flight: replace(
-                    noise,
-                    gradient_gains=(gain, noise.gradient_gains[1])
-                    if axis == 0
-                    else (noise.gradient_gains[0], gain),
-                )
-                for flight, noise in first.items()
-            }
-            fit.linearize()
-            tune_noise(fit, rounds=FILTER_ERROR.noise_rounds)
-            cost = fit.deviance()
-            if cost < least:
-                best, least = fit.noise, cost
-    if fit.noise is not best:
-        fit.noise = best
-        fit.linearize()
 
 
 def _noise_change(before: Mapping[str, NoiseModel], after: Mapping[str, NoiseModel]) -> float:

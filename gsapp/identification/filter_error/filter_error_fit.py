@@ -13,7 +13,7 @@ was projected out before.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -291,6 +291,16 @@ class FilterErrorFit:
             else:
                 one.flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
 
+    def branch(self, noise: Mapping[str, NoiseModel]) -> FilterErrorFit:
+        """Return a fit that goes on from here by itself, with other noise."""
+        return replace(
+            self,
+            values=dict(self.values),
+            biases=dict(self.biases),
+            noise=dict(noise),
+            maneuvers=[replace(one) for one in self.maneuvers],
+        )
+
     # --- one pass -------------------------------------------------------------------------------
 
     def bias_names(self) -> tuple[str, ...]:
@@ -439,9 +449,14 @@ class FilterErrorFit:
             samples=float(one.current_filter.valid.sum()) - n_local,
         )
 
-    def deviance(self) -> float:
-        """Return minus two log likelihoods of all innovations, as last filtered."""
-        left = self.information().with_priors(self.priors())
+    def deviance(self, information: InformationMatrix | None = None) -> float:
+        """Return minus two log likelihoods of all innovations, as last filtered.
+
+        `information`: that of all maneuvers, where it is known already.
+        """
+        if information is None:
+            information = self.information()
+        left = information.with_priors(self.priors())
         left = left.projected((*self.free, *self.bias_names()))
         sizes = sum(one.current_filter.log_determinant for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes

@@ -59,6 +59,7 @@ class FilterErrorSettings:
     max_passes: int = 30  # Passes at most.
     min_passes: int = 3  # Passes before values may count as settled ...
     settled_step: float = 0.02  # ... with the largest move below this, in standard deviations,
+    remaining_falls: float = 4.0  # Falls of the deviance like the last that are still to come.
     settled_noise: float = 0.1  # and the intensity of gusts changing by less than this share;
     negligible_gust: float = 1e-5  # below this it does not matter.
     min_reported_gust: float = 0.02  # Gusts, m/s, and rotation of the air, rad/s, that are said.
