@@ -16,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.channel_faults import suspicious_signs
 from gsapp.identification.estimate_corrections import AssumedConstant, estimate_with_constants
@@ -197,8 +198,11 @@ def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
                 for flight, one in start.items()
             }
             trial = best.branch(noise)
-            number, reached = _settle(trial, beat=least)
-            cost = trial.deviance()
+            try:
+                number, reached = _settle(trial, beat=least)
+                cost = trial.deviance()
+            except FlightError:  # It diverged: air does not turn like that.
+                continue
             if cost < least:
                 best, least, passes, settled = trial, cost, number, reached
     return best, passes, settled
