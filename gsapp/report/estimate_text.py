@@ -114,7 +114,7 @@ def derivative_rows(
 
 
 DERIVATIVE_COLUMNS: Final = (
-    "derivative", "mean", "bound", "noise", "systematic", "disagreement", "%",
+    "derivative", "mean", "bound", "noise", "systematic", "disagree", "%",
     "scatter", "scatter / bound", "n", "left out", "before",
 )  # fmt: skip
 """Bound is that of the mean, then its parts: noise, what all maneuvers share, and what maneuvers

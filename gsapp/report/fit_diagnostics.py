@@ -123,7 +123,10 @@ def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
 def mean_comparison_table(result: CampaignResult) -> DocumentTable | None:
     """Return the means by each method; None where only one was used."""
     means = compare_method_means(result.results)
-    return _table("Means by each method, per radian", means) if means else None
+    if not means:
+        return None
+    caption = "Means by each method, per radian; bounds of the first allow for systematic errors"
+    return _table(caption, means)
 
 
 def method_comparison_table(result: ManeuverResult) -> DocumentTable | None:
