@@ -184,12 +184,22 @@ def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
     values and noise have settled: before, one that is far off can be the likeliest.
     """
     start = fit.noise
-    best, passes, settled = fit, *_settle(fit)
+    best = fit.branch(start)
+    try:
+        passes, settled = _settle(best)
+    except FlightError:  # It diverged: begin with air that does not turn.
+        best = fit.branch(
+            {flight: replace(one, gradient_gains=(0.0, 0.0)) for flight, one in start.items()}
+        )
+        passes, settled = _settle(best)
     least = best.deviance()
     for axis, gust in enumerate("wv"):
         if not _meets(best, gust):
             continue
-        for gain in (0.0, -1.0):
+        settled_gain = next(iter(best.noise.values())).gradient_gains[axis]
+        for gain in (1.0, 0.0, -1.0):
+            if gain == settled_gain:
+                continue
             noise = {
                 flight: replace(
                     one,
