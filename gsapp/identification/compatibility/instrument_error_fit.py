@@ -135,7 +135,7 @@ def fit_instrument_errors(
         if begin is None
         else [part.initial_state for part in begin.segments]
     )
-    chosen = list(noises or [NoiseLevels.white(len(s.outputs)) for s in stretches])
+    chosen, phase = _first_noises(stretches, noises, begin)
     size = len(free) + len(INITIAL_STATE_NAMES) * len(stretches)
     prior = np.zeros(size)
     prior[: len(free)] = 1.0 / plausible**2
@@ -159,12 +159,7 @@ def fit_instrument_errors(
                 errors[label] = float(np.clip(guess[axis], -largest, largest))
                 origin[free.index(label)] = errors[label]
         starts = [estimate_initial_state(stretch, errors) for stretch in stretches]
-    number, calm, phase, converged = (
-        0,
-        0,
-        0 if noises is None else COMPATIBILITY.max_noise_updates,
-        False,
-    )
+    number, calm, converged = 0, 0, False
     parts: list[SegmentFit] = []
     seen: list[frozenset[str] | None] = [None] * len(stretches)
     least, halved = np.inf, 0
@@ -253,6 +248,20 @@ def fit_instrument_errors(
         converged=converged,
         step=size_of_step,
     )
+
+
+def _first_noises(
+    stretches: Sequence[CompatibilitySegment],
+    noises: Sequence[NoiseLevels] | None,
+    begin: InstrumentErrorFit | None,
+) -> tuple[list[NoiseLevels], int]:
+    """Return the noise to begin with, and how many of its updates are over."""
+    if noises is not None:
+        return list(noises), COMPATIBILITY.max_noise_updates
+    if begin is not None:
+        # Noise that was found once needs one look more.
+        return [part.noise for part in begin.segments], COMPATIBILITY.max_noise_updates - 1
+    return [NoiseLevels.white(len(one.outputs)) for one in stretches], 0
 
 
 def _continued_origin(

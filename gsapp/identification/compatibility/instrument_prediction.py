@@ -12,6 +12,7 @@ from gsapp.dynamics.sensors import alpha_vane, beta_vane, pitot_airspeed
 from gsapp.identification.compatibility.kinematics import (
     PathSensitivities,
     ReconstructedPath,
+    cross_product_matrices,
     gravity_tangents,
     reconstruct_path,
     rotate_to_initial_axes,
@@ -158,7 +159,7 @@ class ChannelGradients:
             return _multiply_rows(self.by_gravity, slopes.gravity)
         there = slopes.velocity
         if self.arm.any() and slopes.rates.any():
-            there = there + np.cross(np.eye(3), self.arm).T @ slopes.rates
+            there = there + cross_product_matrices(self.arm).T @ slopes.rates
         return _multiply_rows(self.by_velocity, there)
 
 

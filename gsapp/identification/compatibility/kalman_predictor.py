@@ -22,8 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.identification.compatibility.instrument_prediction import Prediction
+from gsapp.identification.compatibility.kinematics import cross_product_matrices
 from gsapp.identification.compatibility.segments import CompatibilitySegment
-from gsapp.identification.compatibility.settings import COMPATIBILITY, KINEMATIC_INPUTS
+from gsapp.identification.compatibility.settings import (
+    COMPATIBILITY,
+    KINEMATIC_INPUTS,
+    RATE_CHANNELS,
+)
 from gsapp.identification.filter_error.steady_state import (
     InnovationsForm,
     propagated_covariance,
@@ -117,8 +122,8 @@ def build_error_state_model(
     step = width * stretch.dt
     w, v, g = mean(path.rates), mean(path.velocity), mean(path.gravity)
     A = np.zeros((count, 6, 6))
-    A[:, :3, :3] = A[:, 3:, 3:] = -_cross_product_matrices(w)
-    A[:, :3, 3:] = _cross_product_matrices(g)
+    A[:, :3, :3] = A[:, 3:, 3:] = -cross_product_matrices(w)
+    A[:, :3, 3:] = cross_product_matrices(g)
     Phi = np.eye(6) + step * A + 0.5 * step * step * (A @ A)
     channels = len(found.channels)
     H = np.zeros((count, channels, 6))
@@ -128,19 +133,19 @@ def build_error_state_model(
         if one.by_velocity is not None:
             slope = mean(one.by_velocity)
             H[:, row, :3] = slope
-            for axis, gyro in enumerate(("p", "q", "r")):
-                # Noise of the gyros on the way from the accelerometer to the vane.
-                felt = slope @ np.cross(np.eye(3)[axis], one.arm)
-                variance += float(np.mean(felt**2)) * stretch.noise.get(gyro, 0.0) ** 2 / width
+            # Noise of the gyros on the way from the accelerometer to the vane.
+            felt = slope @ cross_product_matrices(one.arm).T
+            powers = [stretch.noise.get(gyro, 0.0) ** 2 for gyro in RATE_CHANNELS]
+            variance += float(np.mean(felt**2, axis=0) @ powers) / width
         else:
-            H[:, row, 3:] = (mean(one.by_gravity)[:, None, :] @ _cross_product_matrices(g))[:, 0]
+            H[:, row, 3:] = (mean(one.by_gravity)[:, None, :] @ cross_product_matrices(g))[:, 0]
         H[:, row] *= errors.get(f"{name}.scale", 1.0)
         show[row] = variance
     if stretch.assumed_speed is not None and "V" in found.channels:
         # A constant error: it counts once, not once for every sample.
         show[found.channels.index("V")] = COMPATIBILITY.assumed_speed_std**2 * count
     process = np.zeros((9, 6, 6))
-    middle = _cross_product_matrices(v.mean(axis=0))
+    middle = cross_product_matrices(v.mean(axis=0))
     for axis in range(3):
         by_rate = np.concatenate((middle[:, axis], np.eye(3)[axis]))
         by_force = np.concatenate((np.eye(3)[axis], np.zeros(3)))
@@ -163,16 +168,6 @@ def build_error_state_model(
         input_density=drive,
         output_variance=show,
     )
-
-
-def _cross_product_matrices(vectors: FloatArray) -> FloatArray:
-    """Return the matrices of v x, shape (..., 3, 3)."""
-    found = np.zeros((*vectors.shape, 3))
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    found[..., 0, 1], found[..., 0, 2] = -z, y
-    found[..., 1, 0], found[..., 1, 2] = z, -x
-    found[..., 2, 0], found[..., 2, 1] = -y, x
-    return found
 
 
 def steady_kalman_gains(
@@ -213,29 +208,44 @@ def kalman_gain_pair(
 def whiten_residuals(predictor: ErrorStateModel, K: FloatArray, columns: FloatArray) -> FloatArray:
     """Return what the predictor leaves of averages.
 
-    `K`, shape (..., 6, n_channels).
+    `K`, shape (6, n_channels), or (c, 6, n_channels) for a single column.
     `columns`, shape (m, n_channels, k): NaN where a sample does not count.
 
-    Shape (..., m, n_channels, k). NaN where a sample does not count.
+    Shape (m, n_channels, k) or (c, m, n_channels, 1). NaN where a sample does not count.
     """
-    n, n_channels, width = columns.shape
     counted = np.isfinite(columns)
-    gains = K.reshape(-1, *K.shape[-2:])
-    count, valid = len(gains), np.asarray(counted.all(axis=2))
-    # All gains in one run, end to end: nothing goes on from one to the next.
-    injection = (predictor.Phi @ gains[:, None]) * valid[:, None, :]
-    propagation = predictor.Phi - injection @ predictor.H
-    injection[:, -1], propagation[:, -1] = 0.0, 0.0
-    form = InnovationsForm(
-        by_state=np.tile(predictor.H, (count, 1, 1)),
-        propagation=propagation.reshape(-1, *propagation.shape[2:])[:-1],
-        injection=injection.reshape(-1, *injection.shape[2:])[:-1],
-        valid=np.tile(valid, (count, 1)),
-    )
-    left, _ = form.predict(np.tile(np.where(counted, columns, 0.0), (count, 1, 1)))
-    left = left.reshape(count, n, n_channels, width)
-    left[:, ~valid] = np.nan
-    return left.reshape(*K.shape[:-2], n, n_channels, width)
+    valid = np.asarray(counted.all(axis=2))
+    clean = np.where(counted, columns, 0.0)
+    if K.ndim > 2:
+        left = _predict_with_each_gain(predictor, K, clean, valid)
+    else:
+        injection = (predictor.Phi @ K) * valid[:, None, :]
+        form = InnovationsForm(
+            by_state=predictor.H,
+            propagation=(predictor.Phi - injection @ predictor.H)[:-1],
+            injection=injection[:-1],
+            valid=valid,
+        )
+        left, _ = form.predict(clean)
+    left[..., ~valid, :] = np.nan
+    return left
+
+
+def _predict_with_each_gain(
+    predictor: ErrorStateModel, K: FloatArray, columns: FloatArray, valid: BoolArray
+) -> FloatArray:
+    """Return what predictors with gains (c, 6, n_channels) leave of one column, all at once."""
+    n, n_channels, _ = columns.shape
+    gains = np.ascontiguousarray(K.transpose(2, 1, 0))
+    left = np.empty((n, n_channels, len(K)))
+    deviation = np.zeros((gains.shape[1], len(K)))
+    complete = np.asarray(valid.all(axis=1), dtype=np.bool_)
+    for k in range(n):
+        e = np.subtract(columns[k], predictor.H[k] @ deviation, out=left[k])
+        if not complete[k]:
+            e *= valid[k, :, None]
+        deviation = predictor.Phi[k] @ (deviation + (gains * e[:, None]).sum(axis=0))
+    return np.ascontiguousarray(left.transpose(2, 0, 1))[..., None]
 
 
 def neg2_log_likelihood(left: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -246,7 +256,7 @@ def neg2_log_likelihood(left: FloatArray, covariance: FloatArray) -> FloatArray:
     """
     counted = np.isfinite(left)
     clean = np.where(counted, left, 0.0)
-    squares = np.einsum("cki,cij,ckj->c", clean, np.linalg.inv(covariance), clean)
+    squares = ((clean @ np.linalg.inv(covariance)) * clean).sum(axis=(1, 2))
     share = counted.mean(axis=(1, 2))
     return np.asarray(squares + share * left.shape[1] * np.linalg.slogdet(covariance)[1])
 

@@ -88,6 +88,16 @@ def rotate_to_body_axes(C: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("nji,nj...->ni...", C, vectors), dtype=np.float64)
 
 
+def cross_product_matrices(vectors: FloatArray) -> FloatArray:
+    """Return the matrices of v x, shape (..., 3, 3)."""
+    found = np.zeros((*vectors.shape, 3))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    found[..., 0, 1], found[..., 0, 2] = -z, y
+    found[..., 1, 0], found[..., 1, 2] = z, -x
+    found[..., 2, 0], found[..., 2, 1] = -y, x
+    return found
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReconstructedPath:
     """The motion of one stretch."""
