@@ -336,7 +336,7 @@ COMMANDS: tuple[Command, ...] = (
         _command("review_open_written", QT_TR_NOOP("Open what was written"), "Ctrl+Alt+P",
                  needs="review_written"),
         _command("review_copy", QT_TR_NOOP("Copy the table"), "Ctrl+C"),
-        _command("review_update_aircraft", QT_TR_NOOP("Write vane positions to the aircraft file"),
+        _command("review_update_aircraft", QT_TR_NOOP("Update vanes in the aircraft file"),
                  "Ctrl+Alt+U", needs="review_vanes"),
         _command("review_compare", QT_TR_NOOP("Compare linear models with flight"), "Ctrl+Alt+L"),
     ),

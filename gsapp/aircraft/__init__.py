@@ -5,7 +5,7 @@ from gsapp.aircraft.aircraft_loader import (
     file_warnings,
     load_aircraft,
     shipped_aircraft,
-    write_sensor_positions,
+    write_sensor_values,
 )
 from gsapp.aircraft.config import (
     Accelerometer,
@@ -41,5 +41,5 @@ __all__ = [
     "file_warnings",
     "load_aircraft",
     "shipped_aircraft",
-    "write_sensor_positions",
+    "write_sensor_values",
 ]

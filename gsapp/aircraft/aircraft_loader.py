@@ -10,6 +10,7 @@ import tomlkit
 from gsapp.aircraft.config import Aircraft
 from gsapp.foundation import FlightError, read_toml
 from gsapp.foundation.files import ShippedFiles, write_atomically
+from gsapp.quantities.constants import DEGREE
 
 SHIPPED_AIRCRAFT = ShippedFiles(folder=Path(__file__).parent / "files", kind="aircraft")
 
@@ -37,15 +38,16 @@ def file_warnings(aircraft: Aircraft) -> tuple[str, ...]:
     return () if shipped else aircraft.warnings()
 
 
-def write_sensor_positions(path: Path, distances: Mapping[str, float]) -> None:
-    """Write how far ahead of the CG instruments sit into an aircraft file; all else is kept.
+def write_sensor_values(path: Path, values: Mapping[str, Mapping[str, float]]) -> None:
+    """Write what is known of instruments into an aircraft file; all else is kept.
 
     Parameters
     ----------
     path : Path
         Of the user's own aircraft.
-    distances : mapping of str to float
-        x of the position (m, body axes) by the name of the instrument, such as ``alpha_vane``.
+    values : mapping of str to mapping of str to float
+        By the name of the instrument, such as ``alpha_vane``: ``position`` (x from the CG, m, body
+        axes), ``bias`` (rad), ``upwash``.
 
     Raises
     ------
@@ -62,11 +64,16 @@ def write_sensor_positions(path: Path, distances: Mapping[str, float]) -> None:
     aircraft = read_toml(path, Aircraft)
     document = tomlkit.parse(path.read_text(encoding="utf-8"))
     sensors = document.setdefault("sensors", tomlkit.table(is_super_table=True))
-    for name, ahead in distances.items():
+    for name, entries in values.items():
         _, y, z = getattr(aircraft.sensors, name).position
         sensor = sensors.setdefault(name, tomlkit.table())
         across = sensor["position"][1:] if "position" in sensor else (f"{y:g} m", f"{z:g} m")
-        sensor["position"] = [f"{ahead:.4g} m", *(str(one) for one in across)]
+        if (ahead := entries.get("position")) is not None:
+            sensor["position"] = [f"{ahead:.4g} m", *(str(one) for one in across)]
+        if (bias := entries.get("bias")) is not None:
+            sensor["bias"] = f"{bias / DEGREE:.3g} deg"
+        if (upwash := entries.get("upwash")) is not None:
+            sensor["upwash"] = float(f"{upwash:.4g}")
     write_atomically(path, tomlkit.dumps(document))
 
 

@@ -31,7 +31,8 @@ def estimate(
     update_aircraft: Annotated[
         bool,
         typer.Option(
-            "--update-aircraft", help="Write the vane positions found into the aircraft file"
+            "--update-aircraft",
+            help="Write what was found of the vanes into the aircraft file",
         ),
     ] = False,
     form: Annotated[
@@ -122,13 +123,13 @@ def estimate(
 
 
 def _update_aircraft(console: PlainConsole, outcome: RunOutcome) -> None:
-    from gsapp.identification.runs.run_execution import accept_vane_positions
+    from gsapp.identification.runs.run_execution import accept_vanes
 
     if not outcome.vanes:
-        console.print("the vanes are where the aircraft file says; it stays as it is")
+        console.print("the vanes are as the aircraft file says; it stays as it is")
         return
-    for path in accept_vane_positions(outcome):
-        console.print(f"vane positions written to {path}", soft_wrap=True)
+    for path in accept_vanes(outcome):
+        console.print(f"vanes updated in {path}", soft_wrap=True)
 
 
 def _check_derivatives(names: Sequence[str], model: object) -> None:

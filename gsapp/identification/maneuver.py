@@ -36,6 +36,7 @@ from gsapp.identification.record_preparation import (
     aircraft_as_recorded,
     channel_delays,
     compensate_delays,
+    correct_vane_zeros,
     interpolate_air_data,
     interpolate_held_samples,
     reconstruct_deflections,
@@ -215,7 +216,7 @@ def cut_maneuver(
     weather = None if flight.info is None else flight.info.weather
     slow = interpolate_air_data(interpolate_held_samples(around))
     block = reconstruct_deflections(
-        add_air_data(compensate_delays(slow, aircraft), weather),
+        add_air_data(compensate_delays(correct_vane_zeros(slow, aircraft), aircraft), weather),
         aircraft,
     )
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])

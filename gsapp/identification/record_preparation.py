@@ -207,6 +207,23 @@ def advance_channels(block: Block, delays: Mapping[str, float]) -> Block:
     return Block(channels=block.channels, times=block.times, values=values)
 
 
+def correct_vane_zeros(block: Block, aircraft: Aircraft) -> Block:
+    """Return a block whose vanes show zero in straight flow, as far as the aircraft file knows."""
+    sensors = aircraft.sensors
+    biases = {"alpha": sensors.alpha_vane.bias, "beta": sensors.beta_vane.bias}
+    return subtract_biases(block, {name: bias for name, bias in biases.items() if bias})
+
+
+def subtract_biases(block: Block, biases: Mapping[str, float]) -> Block:
+    """Return a block with biases (SI) taken off some channels."""
+    if biases.keys().isdisjoint(block.channels):
+        return block
+    values = block.values.copy()
+    for column, name in enumerate(block.channels):
+        values[:, column] -= biases.get(name, 0.0)
+    return Block(channels=block.channels, times=block.times, values=values)
+
+
 def _base_ids(block: Block) -> list[str]:
     return [name.partition(".")[0] for name in block.channels]
 

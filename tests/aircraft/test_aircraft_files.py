@@ -8,7 +8,7 @@ from gsapp.aircraft import (
     SHIPPED_AIRCRAFT,
     load_aircraft,
     shipped_aircraft,
-    write_sensor_positions,
+    write_sensor_values,
 )
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 
@@ -104,12 +104,20 @@ def test_an_unknown_name_proposes_the_nearest() -> None:
         load_aircraft("b77")
 
 
-def test_positions_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -> None:
+def test_values_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -> None:
     text = MINIMAL + '# as bought\n[sensors.beta_vane]\nposition = ["1 ft", "0 ft", "-2 in"]\n'
     path = write(tmp_path, text)
-    write_sensor_positions(path, {"alpha_vane": 1.25, "beta_vane": 0.5})
+    write_sensor_values(
+        path,
+        {
+            "alpha_vane": {"position": 1.25, "bias": 0.01, "upwash": 1.1},
+            "beta_vane": {"position": 0.5},
+        },
+    )
     sensors = load_aircraft(path).sensors
     assert sensors.alpha_vane.position == pytest.approx((1.25, 0.0, 0.0))
+    assert sensors.alpha_vane.bias == pytest.approx(0.01, abs=1e-5)
+    assert sensors.alpha_vane.upwash == pytest.approx(1.1)
     assert sensors.beta_vane.position == pytest.approx((0.5, 0.0, -2 * 0.0254))
     assert path.read_text().startswith(MINIMAL + "# as bought\n")
 
@@ -117,5 +125,5 @@ def test_positions_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -
 def test_a_shipped_aircraft_is_never_written() -> None:
     before = SHIPPED_AIRCRAFT.find("b777").read_text()
     with pytest.raises(FlightError, match="--aircraft FILE"):
-        write_sensor_positions(SHIPPED_AIRCRAFT.find("b777"), {"alpha_vane": 1.0})
+        write_sensor_values(SHIPPED_AIRCRAFT.find("b777"), {"alpha_vane": {"position": 1.0}})
     assert SHIPPED_AIRCRAFT.find("b777").read_text() == before

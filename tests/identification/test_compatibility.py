@@ -121,6 +121,54 @@ def test_a_late_channel_is_found_and_then_instruments_agree(
     assert find_instrument_errors([correct_instruments(one, [found]) for one in late]) == ()
 
 
+@pytest.mark.parametrize(
+    ("channel", "kind", "value"),
+    [("alpha", "bias", 1.5 * DEGREE), ("alpha", "scale", 1.15), ("beta", "scale", 0.9)],
+)
+def test_zero_and_upwash_of_a_vane_are_found_and_then_instruments_agree(
+    flown_short: Callable[[int], VirtualFlight], channel: str, kind: str, value: float
+) -> None:
+    scale, bias = (1.0, value) if kind == "bias" else (value, 0.0)
+    wrong = [
+        edited(one, **{channel: lambda shown: scale * shown + bias})
+        for one in maneuvers_of(flown_short(2))
+    ]
+    (found,) = find_instrument_errors(wrong)
+    assert (found.channel, found.kind) == (channel, kind)
+    assert found.value == pytest.approx(value, abs=5.0 * found.std)
+    assert found.file_entry == (
+        "bias" if kind == "bias" else "upwash",
+        pytest.approx(found.value, rel=1e-12),
+    )
+    assert "tilt of the gyros" in found.text or ".scale" in found.text
+    assert find_instrument_errors([correct_instruments(one, [found]) for one in wrong]) == ()
+
+
+def test_a_zero_that_the_aircraft_file_states_is_taken_off(
+    flown_short: Callable[[int], VirtualFlight],
+) -> None:
+    flown = flown_short(2)
+    flight = Flight(name="virtual", path=Path("virtual"), block=flown.measured, sources={})
+    sensors = B777.sensors
+    vane = sensors.alpha_vane.model_copy(update={"bias": 0.02})
+    aircraft = B777.model_copy(update={"sensors": sensors.model_copy(update={"alpha_vane": vane})})
+    plain, corrected = (
+        cut_maneuver(flight, one, 5.0, 6.0, id="1", inputs=("de",)).block["alpha"]
+        for one in (B777, aircraft)
+    )
+    assert corrected == pytest.approx(plain - 0.02, abs=1e-12)
+
+
+def test_a_position_beyond_the_aircraft_is_a_warning_and_no_verdict(
+    flown_short: Callable[[int], VirtualFlight],
+) -> None:
+    ahead = 1.5 * B777.geometry.span
+    wrong = [at_wrong_position(one, ahead, 0.0) for one in maneuvers_of(flown_short(1))]
+    found = check_compatibility(wrong, settings=CompatibilitySettings(try_signs=False))
+    assert "position" not in {one.kind for one in found.verdicts}
+    assert any("beyond the size of the aircraft" in one for one in found.warnings)
+
+
 def test_a_vane_elsewhere_is_named_and_nothing_else_blamed(
     flown_short: Callable[[int], VirtualFlight],
 ) -> None:

@@ -152,7 +152,7 @@ class SummaryPage(ReviewStepPage):
         style, selection = context.style, context.selection
         self._outcome: RunOutcome | None = None
         self._accepted: RunOutcome | None = None
-        """Whose vane positions stand in the aircraft file by now."""
+        """Whose vanes the aircraft file states by now."""
         self.linear = LinearModelsPanel(style, context.actions, context.begin_job)
         self.forms = DerivativeFormsPanel(style)
         self.writer = SummaryExporter(context.store, context.begin_job, self)
@@ -301,18 +301,18 @@ class SummaryPage(ReviewStepPage):
             self.writer.export_file(self._outcome, self.file.current_key, self.linear.comparison)
 
     def _update_aircraft_file(self) -> None:
-        from gsapp.identification.runs.run_execution import accept_vane_positions
+        from gsapp.identification.runs.run_execution import accept_vanes
 
         if self._outcome is None:
             return
         try:
-            files = accept_vane_positions(self._outcome)
+            files = accept_vanes(self._outcome)
         except (GroundStationError, OSError) as error:
             self.instruments.setText(join_sentences((str(error),)))
             return
         self._accepted = self._outcome
         names = ", ".join(str(one) for one in files)
-        self.instruments.setText(tr("Vane positions written to {names}.").format(names=names))
+        self.instruments.setText(tr("Vanes updated in {names}.").format(names=names))
         self.changed.emit()
 
     @property

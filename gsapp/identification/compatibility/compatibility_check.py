@@ -127,9 +127,14 @@ def check_compatibility(
         *stuck,
         *found.verdicts,
         *(_error_verdicts(parameters, chosen) if final.converged else ()),
-        *_unexplained_verdicts(final),
+        *(_unexplained_verdicts(final) if final.converged else ()),
+        *_inconsistent_gyro_verdicts(final),
     )
-    warnings = [*prepared.warnings, *_gust_warnings(final)]
+    warnings = [
+        *prepared.warnings,
+        *_gust_warnings(final),
+        *(_position_warnings(parameters, chosen) if final.converged else ()),
+    ]
     if not final.converged:
         warnings.append(
             "the fit of instrument errors did not converge; its values are indicative only"
@@ -236,6 +241,8 @@ def _error_verdicts(
         if excess <= COMPATIBILITY.significant_sigmas * one.std:
             continue
         channel, _, kind = name.partition(".")
+        if kind == "position" and _is_beyond_aircraft(name, one.value, settings):
+            continue
         size = abs(one.value) if kind in {"delay", "position"} else one.value
         value, std = format_error_with_bound(name, size, one.std)
         spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
@@ -259,6 +266,28 @@ def _error_verdicts(
             )
         )
     return found
+
+
+def _is_beyond_aircraft(name: str, ahead: float, settings: CompatibilitySettings) -> bool:
+    """Return whether a vane is put farther away than the aircraft is large."""
+    span = settings.plausible_size(name) / COMPATIBILITY.plausible_position
+    return abs(ahead) > COMPATIBILITY.max_position * span
+
+
+def _position_warnings(
+    parameters: Mapping[str, InstrumentParameter], settings: CompatibilitySettings
+) -> list[str]:
+    """Return warnings about vanes that the fit puts where no aircraft carries one."""
+    return [
+        f"the fit puts the {name.partition('.')[0]} vane {format_error(name, abs(one.value))} "
+        f"{'ahead of' if one.value > 0.0 else 'behind'} its position in the aircraft file, "
+        "beyond the size of the aircraft: another error looks like it; check units, times and "
+        "scales of the channels"
+        for name, one in parameters.items()
+        if name.endswith(".position")
+        and one.value is not None
+        and _is_beyond_aircraft(name, one.value, settings)
+    ]
 
 
 def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
@@ -290,7 +319,7 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
                     seen_in=name,
                 )
             )
-    return [*verdicts, *_inconsistent_gyro_verdicts(found)]
+    return verdicts
 
 
 def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:

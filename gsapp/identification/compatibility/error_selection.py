@@ -22,11 +22,16 @@ from gsapp.identification.compatibility.settings import (
     COMPATIBILITY,
     KINEMATIC_INPUTS,
     RATE_CHANNELS,
+    TOLERABLE_ERRORS,
     VANE_POSITIONS,
     CompatibilitySettings,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.record_preparation import advance_channels, advance_flags
+from gsapp.identification.record_preparation import (
+    advance_channels,
+    advance_flags,
+    subtract_biases,
+)
 from gsapp.quantities.fields import Position
 
 
@@ -88,13 +93,16 @@ class InstrumentError:
     Attributes
     ----------
     channel : str
-    kind : {"position", "delay"}
+    kind : {"position", "delay", "bias", "scale"}
     value, std : float
-        Distance of a vane ahead of its position in the aircraft file, m; delay, s.
+        Distance of a vane ahead of its position in the aircraft file, m; delay, s; zero of a vane,
+        rad; what a vane shows over what it should.
     position : tuple of float or None
         Of a vane, from the CG of the aircraft file, m.
+    file_value : float or None
+        What the aircraft file should state of a vane: its zero (rad), or its upwash.
     alternatives : tuple of str
-        Names of errors that explain the records as well, as ``q.delay``.
+        What explains the records as well: names of errors, as ``q.delay``, or words.
     """
 
     channel: str
@@ -102,31 +110,59 @@ class InstrumentError:
     value: float
     std: float
     position: Position | None = None
+    file_value: float | None = None
     alternatives: tuple[str, ...] = ()
+
+    @property
+    def file_entry(self) -> tuple[str, float] | None:
+        """Return the key in the vane's section of the aircraft file, and its value there (SI).
+
+        Of a position the value is x. None where the section cannot hold it.
+        """
+        if self.position is not None:
+            return "position", self.position[0]
+        if self.file_value is None:
+            return None
+        return {"bias": "bias", "scale": "upwash"}[self.kind], self.file_value
 
     @property
     def text(self) -> str:
         """Return it as a sentence."""
         name = f"{self.channel}.{self.kind}"
-        value, std = format_error_with_bound(name, abs(self.value), self.std)
+        shown = self.value if self.kind == "scale" else abs(self.value)
+        value, std = format_error_with_bound(name, shown, self.std)
+        spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
         doubt = ""
         if self.alternatives:
             doubt = f" (these maneuvers do not rule out {' or '.join(self.alternatives)} instead)"
+        section = f"sensors.{self.channel}_vane"
+        if self.kind == "bias":
+            way = "too much" if self.value > 0.0 else "too little"
+            stated, _ = format_error_with_bound(name, self.file_value or 0.0, self.std)
+            return (
+                f"the {self.channel} vane appears to show {spread} {way} against the axes of the "
+                f'gyros{doubt}, and is corrected: state {section}.bias = "{stated}"'
+            )
+        if self.kind == "scale":
+            return (
+                f"the {self.channel} vane appears to show {spread} times what the aircraft file "
+                f"says{doubt}, and is corrected: state {section}.upwash = {self.file_value:.3g}"
+            )
         if self.position is None:
             return (
-                f"{self.channel} appears to be {value} \N{PLUS-MINUS SIGN} {std} late{doubt}, and "
+                f"{self.channel} appears to be {spread} late{doubt}, and "
                 "is used at its right time: state its lag or delay in the aircraft file"
             )
         side = "ahead of" if self.value > 0.0 else "behind"
         return (
-            f"the {self.channel} vane appears to be {value} \N{PLUS-MINUS SIGN} {std} {side} its "
+            f"the {self.channel} vane appears to be {spread} {side} its "
             f"position in the aircraft file{doubt}, and is used there: correct "
-            f"sensors.{self.channel}_vane.position to x = {self.position[0]:.4g} m"
+            f"{section}.position to x = {self.position[0]:.4g} m"
         )
 
 
 def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentError, ...]:
-    """Return vanes that stand elsewhere, and channels that are late: kinematics alone.
+    """Return vanes that are not as the aircraft file says, and late channels: kinematics alone.
 
     Parameters
     ----------
@@ -146,8 +182,10 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
     settings = scale_settings(CompatibilitySettings(), aircraft)
     free = [name for name in settings.free if name.partition(".")[0] in prepared.channels]
     delays = _delays(segments)
-    found = _add_errors(segments, settings, free, positions)
-    if not found.converged or not {*positions, *delays} & set(found.free):
+    vanes = [name.partition(".")[0] for name in positions]
+    calibrations = [f"{name}.{kind}" for name in vanes for kind in ("bias", "scale")]
+    found = _add_errors(segments, settings, free, [*positions, *calibrations])
+    if not found.converged or not {*positions, *delays, *calibrations} & set(found.free):
         return ()
     final = _with_bounds(found, segments, settings)
     if not final.converged:
@@ -155,9 +193,11 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
     errors = [
         *(_vane_position(final, settings, name, aircraft) for name in positions),
         *(_channel_delay(final, name) for name in delays),
+        *(_vane_bias(final, segments, settings, name, aircraft) for name in vanes),
+        *(_vane_scale(final, name, aircraft) for name in vanes),
     ]
     return tuple(
-        replace(one, alternatives=_alternatives(found, segments, settings, one))
+        replace(one, alternatives=_alternatives(final, segments, settings, one))
         for one in errors
         if one is not None
     )
@@ -173,16 +213,21 @@ def correct_instruments(maneuver: Maneuver, errors: Sequence[InstrumentError]) -
         name: advance_flags(flags, delays[name] / maneuver.dt) if name in delays else flags
         for name, flags in maneuver.clipped.items()
     }
+    block = advance_channels(maneuver.block, delays)
+    block = subtract_biases(block, {one.channel: one.value for one in errors if one.kind == "bias"})
     for one in errors:
-        if one.kind == "delay":
+        if one.kind not in {"position", "scale"}:
             continue
         name = f"{one.channel}_vane"
         vane = getattr(sensors, name)
         x, y, z = vane.position
-        moved = vane.model_copy(update={"position": (x + one.value, y, z)})
-        sensors = sensors.model_copy(update={name: moved})
+        changed = (
+            {"position": (x + one.value, y, z)}
+            if one.kind == "position"
+            else {"upwash": vane.upwash * one.value}
+        )
+        sensors = sensors.model_copy(update={name: vane.model_copy(update=changed)})
     aircraft = maneuver.aircraft.model_copy(update={"sensors": sensors})
-    block = advance_channels(maneuver.block, delays)
     return replace(maneuver, aircraft=aircraft, block=block, clipped=clipped)
 
 
@@ -194,6 +239,19 @@ def _alternatives(
 ) -> tuple[str, ...]:
     """Return the errors that explain the records as well in the place of one."""
     own = f"{error.channel}.{error.kind}"
+    if error.kind == "bias":
+        # A box of gyros that is tilted shows the same.
+        return (f"a tilt of the gyros by the same angle about {_TILT_AXES[error.channel]}",)
+    if error.kind == "scale":
+        gyro = _GYROS[error.channel]
+        return () if f"{gyro}.scale" in found.free else (f"{gyro}.scale",)
+    moved = [name for name in VANE_POSITIONS if _is_misplaced(found, settings, name)]
+    shifts = [(found.errors[name], found.std(name)) for name in moved]
+    together = len(shifts) == len(VANE_POSITIONS) and abs(
+        shifts[0][0] - shifts[1][0]
+    ) < COMPATIBILITY.significant_sigmas * np.hypot(shifts[0][1], shifts[1][1])
+    # Kinematics know where vanes are from the accelerometer only.
+    shared = ("an accelerometer as far the other way",) if own in moved and together else ()
     rivals = [
         name
         for name in (*_positions(segments), *_delays(segments))
@@ -212,12 +270,17 @@ def _alternatives(
         worse = tried.neg2_log_likelihood - found.neg2_log_likelihood
         if tried.converged and worse < COMPATIBILITY.min_likelihood_gain:
             as_good.append(name)
-    return tuple(as_good)
+    return (*shared, *as_good)
+
+
+_GYROS = {"alpha": "q", "beta": "r"}
+"""What turns the aircraft in the plane of each vane."""
+_TILT_AXES = {"alpha": "y", "beta": "z"}
 
 
 def _axis(name: str) -> str:
     channel = name.partition(".")[0]
-    return {"q": "alpha", "r": "beta"}.get(channel, channel)
+    return next((vane for vane, gyro in _GYROS.items() if gyro == channel), channel)
 
 
 def _with_bounds(
@@ -240,7 +303,7 @@ def _vane_position(
         return None
     ahead, std = found.errors[name], found.std(name)
     channel = name.partition(".")[0]
-    gyro = {"alpha": "q", "beta": "r"}[channel]
+    gyro = _GYROS[channel]
     response = max(
         float(
             np.std(one.segment.inputs[gyro] / one.prediction.path.velocity[:, 0])
@@ -256,7 +319,11 @@ def _vane_position(
         return None
     x, y, z = getattr(aircraft.sensors, f"{channel}_vane").position
     return InstrumentError(
-        channel=channel, kind="position", value=ahead, std=std, position=(x + ahead, y, z)
+        channel=channel,
+        kind="position",
+        value=ahead,
+        std=std,
+        position=(x + ahead, y, z),
     )
 
 
@@ -269,6 +336,58 @@ def _channel_delay(found: InstrumentErrorFit, name: str) -> InstrumentError | No
         return None
     channel = name.partition(".")[0]
     return InstrumentError(channel=channel, kind="delay", value=delay, std=std)
+
+
+def _vane_bias(
+    found: InstrumentErrorFit,
+    segments: Sequence[CompatibilitySegment],
+    settings: CompatibilitySettings,
+    channel: str,
+    aircraft: Aircraft,
+) -> InstrumentError | None:
+    """Return the zero of a vane if it is sure, else None.
+
+    It shows in what rolling makes of one flow angle into the other, v' = p w. What airspeed adds,
+    u' = -q w, is no proof: pitots have errors of their own that look like it.
+    """
+    name = f"{channel}.bias"
+    if name not in found.free:
+        return None
+    noises = []
+    for one in found.segments:
+        factors = one.noise.output_factors.copy()
+        if "V" in one.prediction.channels:
+            factors[one.prediction.channels.index("V")] *= COMPATIBILITY.loose_airspeed_factor
+        noises.append(replace(one.noise, output_factors=factors))
+    alone = fit_instrument_errors(segments, settings, found.free, noises=noises, begin=found)
+    bias, std = alone.errors[name], alone.std(name)
+    if (
+        not alone.converged
+        or abs(bias) < COMPATIBILITY.position_sigmas * std
+        or abs(bias) > settings.plausible_size(name)
+    ):
+        return None
+    stated = getattr(aircraft.sensors, f"{channel}_vane").bias
+    return InstrumentError(
+        channel=channel, kind="bias", value=bias, std=std, file_value=stated + bias
+    )
+
+
+def _vane_scale(
+    found: InstrumentErrorFit, channel: str, aircraft: Aircraft
+) -> InstrumentError | None:
+    """Return a vane that shows surely more or less than gyros in good order explain, else None."""
+    name = f"{channel}.scale"
+    if name not in found.free or not any(name in one.clearly_observable for one in found.segments):
+        return None
+    scale, std = found.errors[name], found.std(name)
+    excess = abs(scale - 1.0) - TOLERABLE_ERRORS[f"{_GYROS[channel]}.scale"]
+    if excess < COMPATIBILITY.position_sigmas * std or not 0.5 < scale < 2.0:
+        return None
+    upwash = getattr(aircraft.sensors, f"{channel}_vane").upwash
+    return InstrumentError(
+        channel=channel, kind="scale", value=scale, std=std, file_value=upwash * scale
+    )
 
 
 def _select_excited_segments(
@@ -322,18 +441,19 @@ def _add_errors(
         rivals = [name for name in asked if name.partition(".")[0] == channel]
         if targets:
             rivals += [name for name in _GYRO_DELAYS.get(channel, ()) if name not in found.free]
+        begins = _worthwhile_errors(found, segments, settings, rivals)
+        candidates = [name for name in candidates if name not in rivals]
         tried = [
             fit_instrument_errors(
                 segments,
                 settings,
                 [*found.free, name],
                 bounds=False,
-                begin=found,
+                begin=begin,
                 iterations=COMPATIBILITY.max_iterations,
             )
-            for name in rivals
+            for name, begin in begins.items()
         ]
-        candidates = [name for name in candidates if name not in rivals]
         possible = [one for one in tried if one.free[-1] in asked or _is_grave_delay(one)]
         best = min(
             possible,
@@ -348,6 +468,36 @@ def _add_errors(
             found = best
             candidates += [name for name in asked if name in rivals and name not in best.free]
     return found
+
+
+def _worthwhile_errors(
+    found: InstrumentErrorFit,
+    segments: Sequence[CompatibilitySegment],
+    settings: CompatibilitySettings,
+    rivals: Sequence[str],
+) -> dict[str, InstrumentErrorFit]:
+    """Return which of several errors to fit with noise of their own, each with where to begin.
+
+    Those that, with the noise held, explain at least half of what the best of them does.
+    """
+    if len(rivals) == 1:
+        return {rivals[0]: found}
+    held = [one.noise for one in found.segments]
+    tried = {
+        name: fit_instrument_errors(
+            segments,
+            settings,
+            [*found.free, name],
+            noises=held,
+            bounds=False,
+            begin=found,
+            iterations=COMPATIBILITY.trial_iterations,
+        )
+        for name in rivals
+    }
+    least = min(one.neg2_log_likelihood for one in tried.values())
+    enough = 0.5 * (found.neg2_log_likelihood + least)
+    return {name: one for name, one in tried.items() if one.neg2_log_likelihood <= enough}
 
 
 _GYRO_DELAYS = {"alpha": ("q.delay",), "beta": ("r.delay",)}

@@ -156,6 +156,7 @@ class CompatibilityAlgorithmSettings:
     noise_update_interval: int = 4  # ... or after so many steps ...
     max_noise_updates: int = 2  # ... and so many times.
     max_iterations: int = 40  # Steps where the usual ones did not lead to an end.
+    trial_iterations: int = 8  # Steps to see what one more error explains.
     max_delay: float = 0.2  # Of an instrument against the gyros, s, either way.
     max_rotation_step: float = 0.5  # Of a start in one step, rad.
     max_cost_growth: float = 1.02  # Ratio of costs up to which a step is taken.
@@ -188,6 +189,7 @@ class CompatibilityAlgorithmSettings:
     position_sigmas: float = 6.0
     """Bounds by which it must exceed the tolerable: a vane that hardly moves is put anywhere."""
     max_position: float = 1.0  # Times the span: farther away no vane stands.
+    loose_airspeed_factor: float = 1e4  # On the noise power of airspeed, where it is no proof.
     motion_rate: float = 10.0  # Averages a second that tell the frequency of the motion.
     min_delay_phase: float = 0.1  # rad, at the frequency of the motion, from which a delay matters.
     min_position_effect: float = 1.0  # Of a position on its flow angle, times its white noise.

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.aircraft import SHIPPED_AIRCRAFT, file_warnings, write_sensor_positions
+from gsapp.aircraft import SHIPPED_AIRCRAFT, file_warnings, write_sensor_values
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
@@ -45,7 +45,6 @@ from gsapp.identification.summary.campaign_linear_models import (
     NO_LINEAR_MODEL_PREFIX,
     build_linear_models,
 )
-from gsapp.quantities.fields import Position
 
 SAME_SAMPLES_TEXT: Final = "the same samples stand in"
 """Begins a remark on flights that are one and the same."""
@@ -77,9 +76,14 @@ class RunOutcome:
     """Which inputs and answers of the flights were volts only, in words."""
 
     @property
-    def vanes(self) -> Mapping[str, Position]:
-        """Return the positions found (m, from the CG of the file) by the vanes' channels."""
-        return {one.channel: one.position for one in self.instruments if one.position is not None}
+    def vanes(self) -> Mapping[str, Mapping[str, float]]:
+        """Return what was found of vanes as the aircraft file states it, by sensor and key; SI."""
+        found: dict[str, dict[str, float]] = {}
+        for one in self.instruments:
+            if one.file_entry is not None:
+                key, value = one.file_entry
+                found.setdefault(f"{one.channel}_vane", {})[key] = value
+        return found
 
 
 def execute_run(
@@ -218,8 +222,8 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
             )
 
 
-def accept_vane_positions(outcome: RunOutcome) -> tuple[Path, ...]:
-    """Write the vane positions that a run found into the aircraft file, or files, that it read.
+def accept_vanes(outcome: RunOutcome) -> tuple[Path, ...]:
+    """Write what a run found of the vanes into the aircraft file, or files, that it read.
 
     Raises `GroundStationError` if a file came with the program, or cannot be written.
     """
@@ -234,11 +238,11 @@ def accept_vane_positions(outcome: RunOutcome) -> tuple[Path, ...]:
         ]
     if not files:
         raise FlightError(
-            "no aircraft file to write the vane positions into: name your own with --aircraft FILE"
+            "no aircraft file to write into what was found of the vanes: name your own with "
+            "--aircraft FILE"
         )
-    distances = {f"{name}_vane": found[0] for name, found in outcome.vanes.items()}
     for file in files:
-        write_sensor_positions(file, distances)
+        write_sensor_values(file, outcome.vanes)
     return tuple(files)
 
 
