@@ -325,7 +325,7 @@ def test_maneuvers_are_earned_soon(forgetting: float | None) -> None:
 def test_touching_down_leaves_no_trace() -> None:
     ftr = listened(15.0)
     landed, _ = flight().phase("landed")
-    for name in ("CN_alpha", "CA_alpha", "Cm_alpha", "Cl_beta"):
+    for name in ("CN_alpha", "CA_alpha", "Cm_alpha", "Cn_beta"):
         history = ftr.history(name)
         after = history.values[history.times > landed - 0.5]
         assert np.isfinite(after).any()

@@ -68,7 +68,7 @@ def grade_text(maneuver: DetectedManeuver) -> str:
 
 def reasons_text(maneuver: DetectedManeuver) -> str:
     """Return what the grade means and why it was given."""
-    meaning = GRADES[maneuver.grade]
+    meaning = tr(GRADES[maneuver.grade])
     parts = [f"{meaning[0].upper()}{meaning[1:]}."]
     if maneuver.graded_by == GRADED_BY_CREW:
         parts.insert(0, tr("Graded manually."))

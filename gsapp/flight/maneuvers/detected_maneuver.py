@@ -8,14 +8,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 from gsapp.foundation import FlightError
+from gsapp.foundation.translation import QT_TR_NOOP
 
 Grade = Literal["A", "B", "C", "D"]
 
 GRADES: Final[Mapping[Grade, str]] = {
-    "A": "good: as requested, no defect",
-    "B": "usable: one small defect, or not as requested (amplitude, width, trim)",
-    "C": "poor: several small defects or a large one; expect wide bounds",
-    "D": "unfit: too small, too large or invalid; exclude from fits",
+    "A": QT_TR_NOOP("good: as requested, no defect"),
+    "B": QT_TR_NOOP("usable: one small defect, or not as requested (amplitude, width, trim)"),
+    "C": QT_TR_NOOP("poor: several small defects or a large one; expect wide bounds"),
+    "D": QT_TR_NOOP("unfit: too small, too large or invalid; exclude from fits"),
 }
 """Grades and what they mean."""
 
