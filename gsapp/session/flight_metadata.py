@@ -20,6 +20,7 @@ from gsapp.flight.flight_loader import damaged_events_text
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.onboard_log import OnboardLogState
+from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.uniform_grid import combine_on_grid
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block
@@ -136,11 +137,17 @@ class FlightMetadata:
 
     def messages(self, until: float | None) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, by time."""
+        return tuple(one for one in self._vehicle_events(until) if one.kind != "parameters")
+
+    def _vehicle_events(self, until: float | None) -> tuple[Event, ...]:
         decoder, whole = self.decoder, self._opened.loaded_flight
         if decoder is not None:
             said = [
-                event_from_notice(notice)
-                for notice in (*decoder.messages, *decoder.modes, *decoder.notices)
+                *(
+                    event_from_notice(notice)
+                    for notice in (*decoder.messages, *decoder.modes, *decoder.notices)
+                ),
+                *parameter_events(decoder.parameters),
             ]
         elif whole is not None:
             said = [event for event in whole.events if event.kind in _SAID]
@@ -180,7 +187,7 @@ class FlightMetadata:
                 lines=decoder.lines,
                 bad_lines=decoder.bad_lines,
             ),
-            events=sort_events((*self._mark_store.events, *self.messages(until))),
+            events=sort_events((*self._mark_store.events, *self._vehicle_events(until))),
             remarks=(*(() if log is None else (log.why,)), *self.remarks(block)),
             certificates=self.calibration,
             onboard=log,
