@@ -95,7 +95,8 @@ def mass_errors(
     values = dict(zip(own.names, own.before.tolist(), strict=True))
     found = []
     for effect, (reference, pattern) in _patterns(aircraft).items():
-        column = np.array([pattern(values).get(name, 0.0) for name in own.names])
+        moves = pattern(values)
+        column = np.array([moves.get(name, 0.0) for name in own.names])
         seen = float(column @ weights @ column)
         if seen <= 0.0:
             continue
