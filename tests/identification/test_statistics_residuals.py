@@ -126,6 +126,8 @@ def test_motion_that_obeys_kinematics_is_no_gust() -> None:
         air = {**quiet, "alpha": wave + quiet["alpha"], "an": an + quiet["an"]}
         assert not detect_turbulence(body, dt=dt, V=V)[0].detected
         assert detect_turbulence(air, dt=dt, V=V)[0].detected
+        faint = {name: 0.01 * x for name, x in air.items()}
+        assert not detect_turbulence(faint, dt=dt, V=V)[0].detected  # It rounds to 0.0 m/s.
 
 
 def test_turbulence_needs_three_instruments_and_time() -> None:

@@ -37,6 +37,7 @@ class ResidualStatisticsSettings:
     min_force_coherence: float = 0.6  # Coherences from which gusts are found: of forces ...
     min_kinematic_coherence: float = 0.25  # ... and of kinematics.
     min_noise_ratio: float = 3.0  # Density in the band over that of the noise.
+    min_gust: float = 0.05  # m/s in the band: smaller ones would be reported as 0.0 m/s.
     taper_share: float = 0.3  # Share of a segment over which its ends fade in and out.
     min_segment_length: float = 3.0  # s: fewer have too few frequencies.
     min_frequencies: int = 10  # Frequencies in the band that the coherence takes.

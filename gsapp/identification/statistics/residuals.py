@@ -272,14 +272,16 @@ class _BandPowers:
         noise = 0.0
         if self._quiet_frequencies >= STATISTICS.min_frequencies:
             noise = self._noise / self._quiet_frequencies * self._frequencies
+        gust = V * (self._free / self._parts) ** 0.5
         return [
             TurbulenceDetection(
                 direction=direction,
                 detected=together > STATISTICS.min_force_coherence
                 and against > STATISTICS.min_kinematic_coherence
-                and self._free > STATISTICS.min_noise_ratio * noise,
+                and self._free > STATISTICS.min_noise_ratio * noise
+                and gust > STATISTICS.min_gust,
                 force_coherence=together,
-                gust_std=V * (self._free / self._parts) ** 0.5,
+                gust_std=gust,
             )
         ]
 
