@@ -20,9 +20,9 @@ CommandRequirement = Literal[
     "gap_idle", "gap_next", "gap_effect", "charts", "marks", "alarms", "preflight", "checklist",
     "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict", "pilot_training",
     "pilot_flown", "review", "review_busy", "review_results", "review_written", "review_vanes",
-    "review_flights", "review_flight", "review_maneuver", "review_open", "review_folder",
-    "review_log", "review_panel", "review_ready", "review_run", "review_figure", "review_picture",
-    "review_point",
+    "review_flights", "review_flight", "review_maneuver", "review_part", "review_open",
+    "review_folder", "review_log", "review_panel", "review_ready", "review_run", "review_figure",
+    "review_picture", "review_point",
 ]  # fmt: skip
 
 
@@ -265,7 +265,8 @@ COMMANDS: tuple[Command, ...] = (
         _command("review_previous_maneuver", QT_TR_NOOP("Previous maneuver"), "Alt+PgUp",
                  repeats=True),
         _command("review_next_maneuver", QT_TR_NOOP("Next maneuver"), "Alt+PgDown", repeats=True),
-        _command("review_zoom", QT_TR_NOOP("Zoom to the maneuver"), "Ctrl+Return", "Ctrl+Enter"),
+        _command("review_zoom", QT_TR_NOOP("Zoom to the maneuver"), "Ctrl+Return", "Ctrl+Enter",
+                 needs="review_part"),
         _command("review_whole", QT_TR_NOOP("Show the whole flight"), "Ctrl+Home",
                  needs="review_flight"),
         _command("review_add_maneuver", QT_TR_NOOP("Add the selection as a maneuver"), "Ctrl+N",
@@ -405,6 +406,7 @@ _DISABLED_REASONS: Mapping[str, str] = {
     "pilot_flown": QT_TR_NOOP("No maneuver yet"),
     "review_flight": QT_TR_NOOP("Choose a flight first"),
     "review_maneuver": QT_TR_NOOP("Choose a maneuver first"),
+    "review_part": QT_TR_NOOP("Choose a maneuver that is part of the flight first"),
     "review_ready": QT_TR_NOOP("Add a flight with maneuvers first"),
     "review_figure": QT_TR_NOOP("Run an estimate first"),
     "review_picture": QT_TR_NOOP("No figure is drawn"),

@@ -120,7 +120,8 @@ def test_a_name_keeps_its_letters_at_the_beginning_of_a_sentence() -> None:
 
 _REVIEW_PAGES = {
     **dict.fromkeys(
-        ("review_flights", "review_flight", "review_maneuver", "review_open"), "maneuvers"
+        ("review_flights", "review_flight", "review_maneuver", "review_part", "review_open"),
+        "maneuvers",
     ),
     **dict.fromkeys(("review_panel", "review_ready", "review_run"), "estimate"),
     **dict.fromkeys(("review_figure", "review_picture", "review_point"), "figures"),

@@ -177,8 +177,11 @@ class ManeuversPage(ReviewStepPage):
         found: list[CommandRequirement] = ["review_flights"]
         if self.flights.flight is not None:
             found.append("review_flight")
-        if self.review.find_maneuver(self._selection.maneuver) is not None:
+        place, view = self.review.find_maneuver(self._selection.maneuver), self.timeline.view
+        if place is not None:
             found.append("review_maneuver")
+            if place[1].t_start > view.first or place[1].t_end < view.last:
+                found.append("review_part")
         if self.flights.can_add_open_flight:
             found.append("review_open")
         return tuple(found)
