@@ -50,6 +50,14 @@ def test_air_that_gusts_turn_is_told_from_air_that_does_not_turn() -> None:
     assert np.abs(errors_over_bounds(found, virtual)).max() < 3.5
 
 
+def test_a_start_far_from_the_truth_leads_to_it() -> None:
+    """Equation error begins with an unstable aircraft; values ended up to 20 bounds off."""
+    virtual = fly(61005, "lon", gust=1.0, rotating=True)
+    found = estimate([virtual.maneuver], MLSettings(axis="lon"))
+    assert found.converged
+    assert np.abs(errors_over_bounds(found, virtual)).max() < 3.0
+
+
 @pytest.mark.parametrize("kind", ["lon", "lat"])
 def test_in_calm_air_it_is_output_error(kind: str) -> None:
     virtual = fly(31, kind, dt=0.02)

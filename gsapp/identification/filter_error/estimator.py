@@ -9,8 +9,9 @@ chapter 5). Gusts are translational and rotational (MIL-F-8785C).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -20,8 +21,8 @@ from gsapp.foundation import FlightError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.channel_faults import suspicious_signs
 from gsapp.identification.estimate_corrections import AssumedConstant, estimate_with_constants
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
-from gsapp.identification.filter_error.maneuver_state import ManeuverState
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
+from gsapp.identification.filter_error.maneuver_state import ManeuverState, turbulent_motion
 from gsapp.identification.filter_error.motion_linearization import ManeuverRecord
 from gsapp.identification.filter_error.noise_model import (
     GUSTS,
@@ -73,17 +74,106 @@ def estimate(
 
 
 def _fit(maneuvers: Sequence[Maneuver], settings: MLSettings) -> Estimate:
+    steps = solve_stepwise(maneuvers, settings)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            solution: FilterErrorSolution = done.value
+            return solution.estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FilterErrorSolution:
+    """A finished fit with all that predictions of bounds need."""
+
+    names: tuple[str, ...]
+    """All unknowns: derivatives, parameters of effects, then biases and initial states."""
+    values: Mapping[str, float]
+    """Of derivatives and parameters of effects."""
+    information: FloatArray
+    covariance: FloatArray
+    """Shape (n_names, n_names). Infinite variances where the data do not see a parameter."""
+    noise: Mapping[str, NoiseModel]
+    """Of each flight."""
+    estimate: Estimate
+
+    def value(self, name: str) -> float:
+        """Return a derivative, or a parameter of an effect."""
+        return self.values[name]
+
+
+def solve_stepwise(
+    maneuvers: Sequence[Maneuver], settings: MLSettings
+) -> Generator[None, None, FilterErrorSolution]:
+    """Fit in steps of some ten milliseconds.
+
+    Raises `FlightError` if the maneuvers hold too little to fit anything.
+    """
     retain_freed_memory()
     problem = build_problem(maneuvers, settings)
     fit = create_fit(problem, settings)
-    fit, passes, settled = _converge(fit)
-    return _Result(problem, fit, settings).estimate(passes, settled)
+    yield
+    fit, passes, settled = yield from _converge(fit)
+    return _solution(problem, fit, settings, passes, settled=settled)
+
+
+def predict_stepwise(
+    maneuver: Maneuver,
+    settings: MLSettings,
+    noise: NoiseModel,
+    random: np.random.Generator | None = None,
+) -> Generator[None, None, FilterErrorSolution]:
+    """Find what a fit would report with values as they start and noise as known, in steps.
+
+    `random`: for a planned maneuver, to whose motion turbulence of this noise is added.
+
+    Raises `FlightError` as `solve_stepwise` does.
+    """
+    problem = build_problem([maneuver], settings)
+    fit = create_fit(problem, settings)
+    for flight, own in fit.noise.items():
+        fit.noise[flight] = replace(noise, variances={**own.variances, **noise.variances})
+    yield
+    fit.linearize()
+    if random is not None:
+        for one in fit.maneuvers:
+            one.motion = turbulent_motion(one, fit.noise[one.record.flight], random)
+        fit.linearize()
+    for _ in range(FILTER_ERROR.prediction_rounds if random is None else 0):
+        fit.update_motion()
+        fit.linearize()
+        yield
+    return _solution(problem, fit, settings, 0, settled=True)
+
+
+def _solution(
+    problem: EstimationProblem,
+    fit: FilterErrorFit,
+    settings: MLSettings,
+    passes: int,
+    *,
+    settled: bool,
+) -> FilterErrorSolution:
+    result = _Result(problem, fit, settings)
+    if not passes:
+        result.take_step()
+    return FilterErrorSolution(
+        names=tuple(result.names),
+        values=dict(fit.values),
+        information=result.information,
+        covariance=result.covariance,
+        noise=dict(fit.noise),
+        estimate=result.estimate(passes, settled),
+    )
 
 
 def create_fit(problem: EstimationProblem, settings: MLSettings) -> FilterErrorFit:
     """Return a fit of a problem that starts from equation error."""
     names = problem.names.all
-    quick = equation_error_values([one.maneuver for one in problem.parts], settings, problem)
+    quick: Mapping[str, float] = {}
+    if not settings.start.keys() >= {*names}:
+        quick = equation_error_values([one.maneuver for one in problem.parts], settings, problem)
     start = dict(zip(names, initial_unknowns(problem, settings, quick).tolist(), strict=False))
     records = [_records(one) for one in problem.parts]
     every = [record for own in records for record in own]
@@ -96,7 +186,12 @@ def create_fit(problem: EstimationProblem, settings: MLSettings) -> FilterErrorF
         flight: replace(
             one,
             correlations=common_correlation(one),
-            rotation_intensities=(FILTER_ERROR.initial_rotation_intensity,) * 3,
+            gust_intensities=(FILTER_ERROR.start_gust_intensity,) * 3,
+            moment_intensity=FILTER_ERROR.start_moment_intensity,
+            rotation_intensities=(
+                FILTER_ERROR.initial_rotation_intensity,
+                *(FILTER_ERROR.start_gradient_intensity,) * 2,
+            ),
             gradient_gains=(1.0, 1.0),
         )
         for flight, one in guessed.items()
@@ -175,7 +270,9 @@ def _records(one: ManeuverProblem) -> list[ManeuverRecord]:
     return found
 
 
-def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
+def _converge(
+    fit: FilterErrorFit,
+) -> Generator[None, None, tuple[FilterErrorFit, int, bool]]:
     """Fit values and noise in turn; return the likeliest fit, its passes and whether it settled.
 
     Gusts that differ along the aircraft rotate the air: in nature (gain 1) and by the standard. In
@@ -186,12 +283,12 @@ def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
     start = fit.noise
     best = fit.branch(start)
     try:
-        passes, settled = _settle(best)
+        passes, settled = yield from _settle(best)
     except FlightError:  # It diverged: begin with air that does not turn.
         best = fit.branch(
             {flight: replace(one, gradient_gains=(0.0, 0.0)) for flight, one in start.items()}
         )
-        passes, settled = _settle(best)
+        passes, settled = yield from _settle(best)
     least = best.deviance()
     for axis, gust in enumerate("wv"):
         if not _meets(best, gust):
@@ -209,7 +306,7 @@ def _converge(fit: FilterErrorFit) -> tuple[FilterErrorFit, int, bool]:
             }
             trial = best.branch(noise)
             try:
-                number, reached = _settle(trial, beat=least)
+                number, reached = yield from _settle(trial, beat=least)
                 cost = trial.deviance()
             except FlightError:  # It diverged: air does not turn like that.
                 continue
@@ -231,7 +328,7 @@ def _replaced(gains: tuple[float, float], axis: int, gain: float) -> tuple[float
     return (gain, gains[1]) if axis == 0 else (gains[0], gain)
 
 
-def _settle(fit: FilterErrorFit, beat: float = np.inf) -> tuple[int, bool]:
+def _settle(fit: FilterErrorFit, beat: float = np.inf) -> Generator[None, None, tuple[int, bool]]:
     """Fit values and noise in turn, in place; return the number of passes and whether it settled.
 
     It ends early where the deviance will not fall below `beat`. Ends filtered with the noise and
@@ -239,8 +336,8 @@ def _settle(fit: FilterErrorFit, beat: float = np.inf) -> tuple[int, bool]:
     """
     settled = False
     number, before = 0, np.inf
+    fit.linearize()
     for number in range(1, FILTER_ERROR.max_passes + 1):
-        fit.linearize()
         last = fit.noise
         if number > 1:
             fit.noise = dict(last)
@@ -252,16 +349,39 @@ def _settle(fit: FilterErrorFit, beat: float = np.inf) -> tuple[int, bool]:
             if deviance - still > beat:
                 break
         before = deviance
-        move = fit.apply_step(information)
+        move = _descend(fit, information)
         settled = (
             number > FILTER_ERROR.min_passes
             and move < FILTER_ERROR.settled_step
             and _noise_change(last, fit.noise) < FILTER_ERROR.settled_noise
         )
+        yield
         if settled:
             break
-    fit.linearize()
     return number, settled
+
+
+def _descend(fit: FilterErrorFit, information: InformationMatrix) -> float:
+    """Take a step, in place, that does not raise the deviance; return its whole length.
+
+    The filter's gain moves with the values, which a Gauss-Newton step does not see: far from the
+    solution, and in strong gusts, whole steps can lead ever farther away. Length: the largest move
+    over its deviation.
+    """
+    least = fit.current_deviance()
+    here = fit.branch(fit.noise)
+    share, move = 1.0, 0.0
+    for _ in range(FILTER_ERROR.max_halvings):
+        try:
+            move = fit.apply_step(information, share)
+            fit.linearize()
+            if fit.current_deviance() <= least + FILTER_ERROR.allowed_rise:
+                break
+        except FlightError:
+            pass
+        fit.go_back(here)
+        share *= 0.5
+    return move
 
 
 def _noise_change(before: Mapping[str, NoiseModel], after: Mapping[str, NoiseModel]) -> float:
@@ -311,13 +431,31 @@ class _Result:
             )
         )
 
+    def take_step(self) -> None:
+        """Leave in the innovations what the best straight step leaves over, as a fit does."""
+        side = np.zeros(len(self.names))
+        every = np.arange(len(self.names))
+        for part in self.parts:
+            columns = every if part.columns is None else part.columns
+            side[columns] += np.einsum("krm,kr->m", part.S, np.nan_to_num(part.v))
+        scale = np.sqrt(np.maximum(self.information.diagonal(), np.finfo(float).tiny))
+        moves = np.linalg.lstsq(self.information / scale[:, None] / scale, side / scale)[0] / scale
+        self.parts = [
+            replace(
+                part, v=part.v - part.S @ moves[every if part.columns is None else part.columns]
+            )
+            for part in self.parts
+        ]
+
     def _prior(self) -> FloatArray:
         prior = np.zeros(len(self.names))
         for name, (_, std) in self.fit.priors().items():
             prior[self.names.index(name)] = std**-2
         return np.diag(prior)
 
-    def estimate(self, passes: int, settled: bool) -> Estimate:
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Return the honest covariance; infinite variances for what is not seen."""
         prior = self._prior()
         plain = invert_information(self.information)
         honest = joint_covariance(
@@ -329,7 +467,10 @@ class _Result:
         known = np.isfinite(low) & np.isfinite(high) & (low > 0.0)
         growth = np.ones(len(low))
         growth[known] = np.sqrt(np.maximum(high[known] / low[known], 1.0))
-        honest = honest * growth[:, None] * growth
+        return np.asarray(honest * growth[:, None] * growth)
+
+    def estimate(self, passes: int, settled: bool) -> Estimate:
+        plain, honest = invert_information(self.information), self.covariance
         verdicts = assess_identifiability(
             self.information, self.names, covariance=honest, inverted=plain
         )

@@ -301,6 +301,14 @@ class FilterErrorFit:
             maneuvers=[replace(one) for one in self.maneuvers],
         )
 
+    def go_back(self, before: FilterErrorFit) -> None:
+        """Return to where a branch was made, in place; the noise stays as it is."""
+        self.values, self.biases = dict(before.values), dict(before.biases)
+        self.take_model(before.model)
+        for one, old in zip(self.maneuvers, before.maneuvers, strict=True):
+            one.motion, one.filter = old.motion, old.filter
+            one.filtered_columns = old.filtered_columns
+
     # --- one pass -------------------------------------------------------------------------------
 
     def bias_names(self) -> tuple[str, ...]:
@@ -461,13 +469,27 @@ class FilterErrorFit:
         sizes = sum(one.current_filter.log_determinant for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes
 
+    def current_deviance(self) -> float:
+        """Return the deviance of values, biases and noise as they stand, as last filtered."""
+        total = sum((missing / std) ** 2 for missing, std in self.priors().values())
+        for one in self.maneuvers:
+            own = one.current_filter
+            rows = filter_columns(own, (), self.bias_of(one.record)).rows
+            basis, _ = np.linalg.qr(rows[:, :-1])
+            rest = rows[:, -1] - basis @ (basis.T @ rows[:, -1])
+            total += float(rest @ rest) + own.log_determinant
+        return total
+
     # --- going on -------------------------------------------------------------------------------
 
-    def apply_step(self, information: InformationMatrix) -> float:
-        """Move to the solution of the last pass; return the largest move over its deviation."""
+    def apply_step(self, information: InformationMatrix, share: float = 1.0) -> float:
+        """Move by a share to the solution of the last pass.
+
+        Returns the largest move of the whole step over its deviation.
+        """
         names = (*self.free, *self.bias_names())
         moves, covariance = information.with_priors(self.priors()).solution(names)
-        by_name = dict(zip(names, moves, strict=True))
+        by_name = dict(zip(names, share * moves, strict=True))
         for one in self.maneuvers:
             self._follow(one, by_name)
         bounds = self._bounds()

@@ -26,6 +26,7 @@ from gsapp.identification.filter_error.motion_linearization import (
     ManeuverRecord,
     NominalMotion,
 )
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
 
@@ -281,4 +282,30 @@ def predicted_motion(one: ManeuverState, moves: FloatArray, bias: FloatArray) ->
     return NominalMotion(
         states=one.motion.states + moved[:n_states],
         gust=own.blocks.gust + moved[n_states : n_states + len(own.blocks.gust)],
+    )
+
+
+def turbulent_motion(
+    one: ManeuverState, noise: NoiseModel, random: np.random.Generator
+) -> NominalMotion:
+    """Return the motion of a maneuver as it would be in turbulence, its filter up to date."""
+    blocks, dt = one.current_filter.blocks, one.record.dt
+    gusts, n_states = blocks.gusts, blocks.n_states
+    steps = blocks.stepwise
+    lead = round(FILTER_ERROR.turbulence_lead / dt)
+    moving = gusts.entries.shape[1]
+    intensity = noise.process_noise(gusts.names, gusts.entries, blocks.moment_rows)
+    size, shape = np.linalg.eigh(intensity * dt)
+    pushes = random.standard_normal((lead + len(steps), moving)) * np.sqrt(np.maximum(size, 0.0))
+    pushes = pushes @ shape.T
+    x = np.zeros(steps.shape[1])
+    moved = np.zeros((len(steps) + 1, len(x)))
+    for k, push in enumerate(pushes):
+        x = steps[max(k - lead, 0)] @ x
+        x[:moving] += push
+        if k + 1 >= lead:
+            moved[k + 1 - lead] = x
+    return NominalMotion(
+        states=one.motion.states + moved[:, :n_states].T,
+        gust=moved[:, n_states : n_states + gusts.count].T,
     )

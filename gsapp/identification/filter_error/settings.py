@@ -55,13 +55,21 @@ class FilterErrorSettings:
     max_correlation: float = 0.97  # ... and at most.
     aic_penalty: float = 2.0  # Fall of the cost for one more noise parameter (Akaike).
 
-    # Estimation of derivatives.
+    # Estimation of derivatives. It begins with gusts that explain what moves vanes and
+    # accelerometers; begun with moments or with air that turns by itself, it can end in these.
+    start_gust_intensity: float = 1.0
+    start_gradient_intensity: float = 1e-3  # Of pitch and yaw of the air beyond gusts' gradients.
+    start_moment_intensity: float = 1e-3
     max_passes: int = 30  # Passes at most.
     min_passes: int = 3  # Passes before values may count as settled ...
+    max_halvings: int = 6  # Of a step that raises the deviance ...
+    allowed_rise: float = 4.0  # ... by more than this.
     settled_step: float = 0.02  # ... with the largest move below this, in standard deviations,
     remaining_falls: float = 4.0  # Falls of the deviance like the last that are still to come.
     settled_noise: float = 0.1  # and the intensity of gusts changing by less than this share;
     negligible_gust: float = 1e-5  # below this it does not matter.
+    prediction_rounds: int = 3  # In which the motion follows the filter, values known.
+    turbulence_lead: float = 3.0  # s of turbulence before a planned maneuver.
     min_reported_gust: float = 0.02  # Gusts, m/s, and rotation of the air, rad/s, that are said.
     min_reported_rotation: float = 0.002
 
