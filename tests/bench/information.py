@@ -25,9 +25,10 @@ Reached: bounds that the book shows against those of one joint fit of all maneuv
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from scipy.signal import lfilter
@@ -44,7 +45,6 @@ from gsapp.excitation.information.card_forecasts import (
 from gsapp.excitation.information.flight_knowledge import (
     ESTIMATION_AXES,
     FlightKnowledge,
-    KnowledgeUpdate,
     ManeuverData,
     axes_of,
     learn_from_maneuver,
@@ -54,8 +54,10 @@ from gsapp.excitation.information.flight_knowledge import (
 from gsapp.excitation.information.information_matrix import CombinedInformation
 from gsapp.excitation.information.information_tracker import InformationTracker
 from gsapp.excitation.information.predicted_bounds import (
+    fit_filter_error,
     fit_maximum_likelihood,
     information_from_fit,
+    predict_in_gusts,
     predict_information,
 )
 from gsapp.excitation.settings import INFORMATION
@@ -69,6 +71,7 @@ from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 from tests.virtual.inputs import FlownInput, fly_input
 
+Result = TypeVar("Result")
 PER_FLIGHT = 10
 WITHIN = 0.25
 OFF = 0.15
@@ -268,9 +271,15 @@ def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
         maneuver = case.maneuver()
         model, own, booked = before.updated_model(aircraft), {}, {}
         for axis in axes_of(case.verdict.surfaces):
-            noise = known.measured_noise[axis][-1]
-            own.update(predict_information(maneuver, axis, model, noise).stds)
-            booked.update(information_from_fit(fit_maximum_likelihood(maneuver, axis, model)).stds)
+            if axis in known.gusts:
+                steps = predict_in_gusts(maneuver, axis, model, known.gusts[axis])
+                fit = _all_of(fit_filter_error(maneuver, axis, model))
+                own.update(_all_of(steps).stds)
+            else:
+                noise = known.measured_noise[axis][-1]
+                own.update(predict_information(maneuver, axis, model, noise).stds)
+                fit = fit_maximum_likelihood(maneuver, axis, model)
+            booked.update(information_from_fit(fit).stds)
         for name, std in reported(maneuver).items():
             if name in band and name in known.predicted_bounds and name in own and name in booked:
                 low, middle, high = band[name]
@@ -287,13 +296,13 @@ def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
                 )
 
 
-def _all_of(learning: KnowledgeUpdate) -> FlightKnowledge:
+def _all_of(steps: Generator[None, None, Result]) -> Result:
     while True:
         try:
-            next(learning)
+            next(steps)
         except StopIteration as done:
-            known: FlightKnowledge = done.value
-            return known
+            found: Result = done.value
+            return found
 
 
 def _lesson(case: Case) -> ManeuverData:
@@ -315,6 +324,7 @@ def _band(
         cards=(UnfinishedCard(card=case.card, missing=1),),
         totals={axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES},
         noise={axis: known.noise(axis, aircraft) for axis in ESTIMATION_AXES},
+        gusts=known.gusts,
         pilot_errors=known.pilot_errors,
         channels=known.channels,
         rate=known.rate,

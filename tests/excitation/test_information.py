@@ -1,9 +1,11 @@
 """Bounds to come are those that maximum likelihood reports; slices and cuts change nothing."""
 
 import pickle
+from collections.abc import Generator
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -23,7 +25,6 @@ from gsapp.excitation.information.card_forecasts import (
 from gsapp.excitation.information.flight_knowledge import (
     ESTIMATION_AXES,
     FlightKnowledge,
-    KnowledgeUpdate,
     ManeuverData,
     learn_from_maneuver,
 )
@@ -39,9 +40,11 @@ from gsapp.excitation.information.planned_maneuver import (
 from gsapp.excitation.information.predicted_bounds import (
     assumed_noise,
     compute_sensitivities,
+    fit_filter_error,
     fit_maximum_likelihood,
     information_from_fit,
     noise_from_residuals,
+    predict_in_gusts,
     predict_information,
 )
 from gsapp.excitation.information.remaining_time import RemainingTimeEstimator
@@ -49,11 +52,13 @@ from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import linearize_level_flight
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
+from gsapp.identification.filter_error.estimator import estimate as filter_error
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import AXES as AXIS_OF
 from tests.identification.virtual_maneuvers import Virtual, fly
 
+Result = TypeVar("Result")
 RATE = 100.0
 MODEL = load_model("b777")
 
@@ -99,13 +104,13 @@ def _rows(virtual: Virtual, without: str = "") -> FlightRows:
     return rows_from_block(block.select(kept), RATE)
 
 
-def _all_of(learning: KnowledgeUpdate) -> FlightKnowledge:
+def _all_of(steps: Generator[None, None, Result]) -> Result:
     while True:
         try:
-            next(learning)
+            next(steps)
         except StopIteration as done:
-            known: FlightKnowledge = done.value
-            return known
+            found: Result = done.value
+            return found
 
 
 def _cards(*ids: str) -> CardSet:
@@ -131,6 +136,47 @@ def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
         ]
     assert len(ratios) >= 20
     assert np.mean(np.abs(np.array(ratios) - 1.0) < 0.25) >= 0.95
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_in_gusts_expected_bounds_are_those_of_filter_error(kind: str) -> None:
+    """With its noise, and before it for a maneuver alike in gusts of its own."""
+    virtual, axis = fly(5303, kind, gust=0.6), AXIS_OF[kind]
+    known = MODEL.with_derivatives(virtual.truth)
+    fitted = _all_of(fit_filter_error(virtual.maneuver, axis, MODEL))
+    (noise,) = fitted.noise.values()
+    calm = fly(5303, kind).maneuver
+    for steps in (
+        predict_in_gusts(virtual.maneuver, axis, known, noise),
+        predict_in_gusts(calm, axis, known, noise, seed=1),
+    ):
+        found = _all_of(steps).stds
+        ratios = np.array(
+            [
+                found[name] / one.std
+                for name, one in fitted.estimate.derivatives.items()
+                if one.std is not None
+            ]
+        )
+        assert np.mean(np.abs(ratios - 1.0) < 0.25) >= 0.9, ratios
+
+
+def test_a_maneuver_in_gusts_counts_as_filter_error_sees_it() -> None:
+    virtual = fly(5303, "lon", gust=0.6)
+    known = FlightKnowledge(initial_model=MODEL, rate=RATE, mass=_aircraft().mass.mass)
+    data = ManeuverData(
+        verdict=_verdict(virtual),
+        rows=_rows(virtual),
+        card=None,
+        mass=virtual.maneuver.mass,
+        ftr_estimates={},
+    )
+    known = _all_of(learn_from_maneuver(known, data, _aircraft()))
+    told = filter_error([virtual.maneuver], MLSettings(axis="lon")).derivatives
+    assert set(known.gusts) == {"lon"}
+    for name, (_, std) in known.estimates().items():
+        assert std == pytest.approx(told[name].std, rel=0.1)
+        assert known.predicted_bounds[name] == pytest.approx(std, rel=0.6)
 
 
 @pytest.mark.parametrize("kind", ["lon", "lat"])
@@ -298,6 +344,7 @@ def test_a_request_goes_to_another_process_and_back() -> None:
         noise={
             axis: assumed_noise(aircraft, AXIS_RESPONSES[axis], RATE) for axis in ESTIMATION_AXES
         },
+        gusts={},
         pilot_errors=PilotErrorModel(),
         channels=frozenset(AXIS_RESPONSES["both"]),
         rate=RATE,

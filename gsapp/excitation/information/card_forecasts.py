@@ -30,7 +30,11 @@ from gsapp.excitation.information.planned_maneuver import (
     draw_executions,
     simulate_maneuver,
 )
-from gsapp.excitation.information.predicted_bounds import ResponseNoise, predict_information
+from gsapp.excitation.information.predicted_bounds import (
+    ResponseNoise,
+    predict_in_gusts,
+    predict_information,
+)
 from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import (
     PerturbationModels,
@@ -39,6 +43,7 @@ from gsapp.excitation.test_points.perturbation_models import (
 from gsapp.flight.cards import TestCard
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis, axis_derivatives
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.quantities import SURFACE_NAMES, FloatArray, from_si
 
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -123,6 +128,8 @@ class ForecastRequest:
     totals: Mapping[Axis, CombinedInformation]
     """What was learned so far, by axis."""
     noise: Mapping[Axis, ResponseNoise]
+    gusts: Mapping[Axis, NoiseModel]
+    """Of the axes in which the latest maneuver met gusts."""
     pilot_errors: PilotErrorModel
     channels: frozenset[str]
     """What this flight measures."""
@@ -172,9 +179,8 @@ def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
             a: [] for a in axes_of(one.card.surfaces)
         }
         problem: FlightError | None = None
-        for execution in draw_executions(
-            one.card, request.pilot_errors, INFORMATION.execution_count
-        ):
+        executions = draw_executions(one.card, request.pilot_errors, INFORMATION.execution_count)
+        for seed, execution in enumerate(executions):
             speed = INFORMATION.speed_step * round(
                 (one.card.speed + execution.speed_error) / INFORMATION.speed_step
             )
@@ -182,7 +188,9 @@ def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
             try:
                 if flying not in motions:
                     motions[flying] = _motions_at(speed, one.card, request)
-                turned_out = _card_information(one.card, execution, motions[flying], request)
+                turned_out = yield from _card_information(
+                    one.card, execution, motions[flying], request, seed
+                )
             except FlightError as error:
                 problem = error  # one that goes wrong says nothing of the others
             else:
@@ -210,9 +218,13 @@ def _motions_at(speed: float, card: TestCard, request: ForecastRequest) -> Pertu
 
 
 def _card_information(
-    card: TestCard, execution: CardExecution, motions: PerturbationModels, request: ForecastRequest
-) -> dict[Axis, ManeuverInformation]:
-    """Return what a card brings in each axis if it turns out so."""
+    card: TestCard,
+    execution: CardExecution,
+    motions: PerturbationModels,
+    request: ForecastRequest,
+    seed: int,
+) -> Generator[None, None, dict[Axis, ManeuverInformation]]:
+    """Return what a card brings in each axis if it turns out so, in such gusts."""
     maneuver = simulate_maneuver(
         card,
         execution,
@@ -223,10 +235,15 @@ def _card_information(
         rate=request.rate,
         channels=request.channels,
     )
-    return {
-        axis: predict_information(maneuver, axis, request.model, request.noise[axis])
-        for axis in axes_of(card.surfaces)
-    }
+    found: dict[Axis, ManeuverInformation] = {}
+    for axis in axes_of(card.surfaces):
+        if axis in request.gusts:
+            found[axis] = yield from predict_in_gusts(
+                maneuver, axis, request.model, request.gusts[axis], seed=seed
+            )
+        else:
+            found[axis] = predict_information(maneuver, axis, request.model, request.noise[axis])
+    return found
 
 
 def _forecast_card(

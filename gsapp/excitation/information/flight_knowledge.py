@@ -20,11 +20,13 @@ from gsapp.excitation.information.predicted_bounds import (
     ResponseNoise,
     assumed_noise,
     compute_sensitivities,
+    fit_filter_error,
     fit_maximum_likelihood,
     information_from_fit,
     noise_from_quiet_segment,
     noise_from_residuals,
     pool_noise,
+    predict_in_gusts,
 )
 from gsapp.excitation.settings import INFORMATION
 from gsapp.excitation.test_points.perturbation_models import update_model
@@ -33,6 +35,8 @@ from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers.signals import RESPONSE_SIGNALS, SURFACES
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis
+from gsapp.identification.filter_error.estimator import FilterErrorSolution
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSolution
@@ -99,6 +103,9 @@ class FlightKnowledge:
     )
     measured_noise: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
     """By axis."""
+    gusts: Mapping[Axis, NoiseModel] = field(default_factory=dict)
+    """Of the latest maneuver of an axis, if it was flown in gusts: filter error takes the place of
+    maximum likelihood there."""
     pilot_errors: PilotErrorModel = field(default_factory=PilotErrorModel)
     ftr_estimates: Mapping[str, LiveEstimate] = field(default_factory=dict)
     """The flight's own FTR estimates."""
@@ -200,7 +207,11 @@ def learn_from_maneuver(
             sensed = compute_sensitivities(maneuver, axis, model, usual.responses)
             planned_for = sensed.information(usual).stds
             yield
+            if axis in now.gusts:
+                steps = predict_in_gusts(maneuver, axis, model, now.gusts[axis])
+                planned_for = (yield from steps).stds
             foreseen = sensed.information(sensed.estimate_noise()).stds
+            before_fit = now
             now = _with_bound_ratios(now, foreseen, planned_for)
             yield
             solution = fit_maximum_likelihood(maneuver, axis, model)
@@ -211,9 +222,27 @@ def learn_from_maneuver(
             now = _with_remark(now, verdict, solution.estimate.message)
             continue
         yield
-        now, useful = _with_fit(now, solution, axis), True
+        in_gusts = None
+        if solution.estimate.gusty_maneuvers:
+            in_gusts = yield from _fit_in_gusts(maneuver, axis, model)
+        if in_gusts is not None:
+            (noise,) = in_gusts.noise.values()
+            foreseen = (yield from predict_in_gusts(maneuver, axis, model, noise)).stds
+            now = _with_bound_ratios(before_fit, foreseen, planned_for)
+        now, useful = _with_fit(now, solution, in_gusts, axis), True
         yield
     return replace(now, maneuvers=now.maneuvers + useful)
+
+
+def _fit_in_gusts(
+    maneuver: Maneuver, axis: Axis, model: Model
+) -> Generator[None, None, FilterErrorSolution | None]:
+    """Fit by filter error, in steps; None where maximum likelihood has to do."""
+    try:
+        found = yield from fit_filter_error(maneuver, axis, model)
+    except FlightError:
+        return None
+    return found if found.estimate.converged else None
 
 
 def learn_noise(before: FlightKnowledge, rows: FlightRows, aircraft: Aircraft) -> KnowledgeUpdate:
@@ -288,11 +317,21 @@ def _with_bound_ratios(
     return replace(now, pilot_errors=habits, predicted_bounds={**now.predicted_bounds, **foreseen})
 
 
-def _with_fit(now: FlightKnowledge, solution: MLSolution, axis: Axis) -> FlightKnowledge:
-    information = information_from_fit(solution)
-    values = {name: solution.value(name) for name in information.names}
-    totals = {**now.totals, axis: now.totals[axis].with_maneuver(information, values)}
-    return replace(now.with_noise(axis, noise_from_residuals(solution, now.rate)), totals=totals)
+def _with_fit(
+    now: FlightKnowledge, solution: MLSolution, in_gusts: FilterErrorSolution | None, axis: Axis
+) -> FlightKnowledge:
+    """Return the knowledge with a fit by maximum likelihood; filter error counts if it is there."""
+    found = in_gusts or solution
+    information = information_from_fit(found)
+    values = {name: found.value(name) for name in information.names}
+    gusts = {name: one for name, one in now.gusts.items() if name != axis}
+    if in_gusts is not None:
+        (gusts[axis],) = in_gusts.noise.values()
+    return replace(
+        now.with_noise(axis, noise_from_residuals(solution, now.rate)),
+        totals={**now.totals, axis: now.totals[axis].with_maneuver(information, values)},
+        gusts=gusts,
+    )
 
 
 def _with_remark(

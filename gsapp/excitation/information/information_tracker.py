@@ -231,6 +231,7 @@ class InformationTracker:
             cards=self._cards,
             totals=knowledge.totals,
             noise={axis: knowledge.noise(axis, aircraft) for axis in ESTIMATION_AXES},
+            gusts=knowledge.gusts,
             pilot_errors=knowledge.pilot_errors,
             channels=knowledge.channels,
             rate=knowledge.rate,

@@ -1,4 +1,6 @@
-"""The bounds that maximum likelihood will report for a maneuver, from its information matrix.
+"""The bounds that an estimate will report for a maneuver, from its information matrix.
+
+In calm air maximum likelihood reports them, in gusts filter error, which takes its place there.
 
 At known parameters no iteration is needed: one pass over the equations gives the motion and its
 sensitivities, and with the noise of the responses the bounds follow. Layout, equations and
@@ -8,7 +10,7 @@ motion follows from the input alone; what the responses showed is not looked at.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -24,6 +26,12 @@ from gsapp.excitation.settings import INFORMATION
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import AXIS_RESPONSES, Axis, axis_derivatives, free_derivatives
 from gsapp.identification.campaign import secondary_input_derivatives
+from gsapp.identification.filter_error.estimator import (
+    FilterErrorSolution,
+    predict_stepwise,
+    solve_stepwise,
+)
+from gsapp.identification.filter_error.noise_model import NoiseModel
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, MLSolution
 from gsapp.identification.maximum_likelihood.problem import EstimationProblem
@@ -251,7 +259,35 @@ def fit_maximum_likelihood(maneuver: Maneuver, axis: Axis, model: Model) -> MLSo
     return build_solution(problem, solver, solver.solve(initial_unknowns(problem, model)), settings)
 
 
-def information_from_fit(solution: MLSolution) -> ManeuverInformation:
+def fit_filter_error(
+    maneuver: Maneuver, axis: Axis, model: Model
+) -> Generator[None, None, FilterErrorSolution]:
+    """Fit a maneuver by filter error, in steps, as it will be fitted after the flight."""
+    return solve_stepwise([maneuver], create_fit_settings(maneuver, axis, model))
+
+
+def predict_in_gusts(
+    maneuver: Maneuver,
+    axis: Axis,
+    model: Model,
+    noise: NoiseModel,
+    *,
+    seed: int | None = None,
+) -> Generator[None, None, ManeuverInformation]:
+    """Find the information that filter error will find in a maneuver in gusts, in steps.
+
+    `noise`: gusts and instruments. `seed`: of the gusts that a planned maneuver meets. Errors as in
+    `compute_sensitivities`.
+    """
+    settings = create_fit_settings(maneuver, axis, model)
+    known = {name: model.derivative(name) for name in axis_derivatives(axis)}
+    random = None if seed is None else np.random.default_rng(seed)
+    return information_from_fit(
+        (yield from predict_stepwise(maneuver, settings.with_changes(start=known), noise, random))
+    )
+
+
+def information_from_fit(solution: MLSolution | FilterErrorSolution) -> ManeuverInformation:
     """Return what a fit brought, as its honest covariance says."""
     derivatives = tuple(solution.estimate.derivatives)
     return marginalize_information(
