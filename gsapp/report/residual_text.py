@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -74,7 +75,7 @@ def residual_rows(result: CampaignResult) -> tuple[tuple[str, ...], ...]:
 def residual_text(result: CampaignResult) -> tuple[str, ...]:
     """Return in a sentence by how much colored residuals widen the bounds; empty where unknown."""
     ratios = [
-        found.std / found.cramer_rao
+        math.sqrt(max(found.std**2 - found.offset**2, 0.0)) / found.cramer_rao
         for one in result.results
         if one.estimate is not None and one.estimate.converged
         for found in one.estimate.derivatives.values()
@@ -86,6 +87,6 @@ def residual_text(result: CampaignResult) -> tuple[str, ...]:
     if factor is not None and "bound_factor" in estimation_method(result.settings.method).settings:
         return (f"The bounds are the plain Cramer-Rao bounds times {factor:g}, as requested.",)
     return (
-        f"The bounds account for colored residuals: they are {np.median(ratios):.1f} times the "
-        "plain Cramer-Rao bounds (median over all values).",
+        f"The bounds account for colored residuals: their noise is {np.median(ratios):.1f} times "
+        "the plain Cramer-Rao bounds (median over all values).",
     )

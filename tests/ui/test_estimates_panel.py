@@ -36,7 +36,7 @@ KNOWN = EstimateRow(
     name="Cm_alpha", value=-0.33, std=0.0066, progress=1.0, why="", times=TIMES,
     values=np.where(TIMES > 40.0, -0.33, np.nan), prior=-0.34, change_text="9 % to 2.0 %",
     points=(FittedPoint(maneuver="M1", time=45.0, value=-0.335, std=0.004),),
-    mean=CampaignValue(mean=-0.335, std=0.004, scatter=None, n=1),
+    mean=CampaignValue(mean=-0.335, std=0.004, scatter=None, n=1), methods=("ml",),
 )  # fmt: skip
 UNKNOWN = replace(
     KNOWN, name="Cl_da", value=None, std=None, progress=0.4, points=(), mean=None, change_text="",
@@ -55,6 +55,8 @@ def test_rows_in_words() -> None:
     assert describe_value(KNOWN) == (
         "ML −0.3350 ± 0.0040", "FTR −0.3300  9→2.0 %",
     )  # fmt: skip
+    in_gusts = describe_value(replace(KNOWN, methods=("ml", "fem")))[0]
+    assert in_gusts == "ML/FEM −0.3350 ± 0.0040"
     assert describe_value(replace(KNOWN, mean=None, change_text="")) == (
         "FTR −0.3300 ± 0.0066", "",
     )  # fmt: skip

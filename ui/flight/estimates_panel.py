@@ -72,11 +72,18 @@ def describe_value(row: EstimateRow) -> tuple[str, str]:
     )
     if row.mean is None:
         return live or tr("unknown"), change
-    best = tr("ML {value}").format(value=estimate_value_text(row.mean.mean, row.mean.std))
+    best = tr("{method} {value}").format(
+        method=_method_text(row), value=estimate_value_text(row.mean.mean, row.mean.std)
+    )
     if _ARROW in change:
         # It ends with the bound in percent; both have no room.
         live = live.partition(" ±")[0]
     return best, "  ".join(part for part in (live, change) if part)
+
+
+def _method_text(row: EstimateRow) -> str:
+    """Return by which methods the fits of a derivative are, as short as the legend has them."""
+    return "/".join(one.upper() for one in row.methods)
 
 
 def estimate_value_text(value: float, std: float) -> str:
@@ -250,20 +257,21 @@ class EstimatesList(QListView):
         style.changed.connect(self.row_model.refresh)
 
     def _table(self) -> list[tuple[str, ...]]:
-        """Return value and standard error of each derivative by FTR and by ML, per radian."""
+        """Return value and standard error of each derivative by FTR and by fits, per radian."""
         rows = [
             (
                 row.name, *map(_format_number, (row.value, row.std)),
                 *map(_format_number, (None, None) if row.mean is None else (row.mean.mean,
                 row.mean.std)),
-                _format_number(row.prior), row.why,
+                "" if row.mean is None else _method_text(row), _format_number(row.prior), row.why,
             )
             for row in (one.value for one in self.row_model.rows)
         ]  # fmt: skip
         return [
-            (tr("Derivative"), "FTR", tr("FTR std"), "ML", tr("ML std"), tr("Prior"), tr("Remark")),
+            (tr("Derivative"), "FTR", tr("FTR std"), tr("Fit"), tr("Fit std"), tr("Fit by"),
+             tr("Prior"), tr("Remark")),
             *rows,
-        ]
+        ]  # fmt: skip
 
     def _open(self) -> None:
         if self.currentIndex().isValid():
@@ -278,7 +286,7 @@ class EstimatesList(QListView):
 
 _LEGEND_ENTRIES = (
     ("line", QT_TR_NOOP("FTR, in flight")),
-    ("point", QT_TR_NOOP("ML, ±2 standard errors")),
+    ("point", QT_TR_NOOP("ML or filter error (FEM), ±2 standard errors")),
     ("known", QT_TR_NOOP("Prior")),
     ("", QT_TR_NOOP("±%: standard error / value")),
 )

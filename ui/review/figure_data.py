@@ -59,8 +59,12 @@ def find_result(outcome: RunOutcome, maneuver: str) -> ManeuverResult | None:
 
 
 def format_run_name(outcome: RunOutcome) -> str:
-    """Return what a run is called: its label, its number, its method."""
-    method = tr(short_method_title(outcome.result.settings.method))
+    """Return what a run is called: its label, its number, its methods (in gusts another one)."""
+    result = outcome.result
+    used = [one.estimate.method for one in result.results if one.estimate is not None]
+    method = ", ".join(
+        tr(short_method_title(one)) for one in dict.fromkeys(used or [result.settings.method])
+    )
     if outcome.request.label:
         return outcome.request.label
     return (

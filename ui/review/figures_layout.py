@@ -244,7 +244,9 @@ class ReportTable(QWidget):
         self.setVisible(table is not None)
         if table is None:
             return
-        self._column.addWidget(create_label(table.caption, "label", wrap=True))
+        self._column.addWidget(
+            create_label(table.caption, "label", wrap=True, remarks_in=self._style)
+        )
         widths = {place: self._width(table, place) for place in range(1, len(table.columns))}
         self.lines = FittedTableView(
             self._style, table.caption, table.columns, stretch=0, widths=widths,

@@ -16,7 +16,7 @@ from gsapp.session.monitor_settings import MONITORS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedPoint:
-    """What one maneuver gave by maximum likelihood."""
+    """What one maneuver gave by maximum likelihood, in gusts by filter error."""
 
     maneuver: str
     time: float
@@ -42,6 +42,8 @@ class EstimateRow:
     """Shape (n,). FTR's history: s, per radian; NaN while unknown."""
     points: tuple[FittedPoint, ...] = ()
     mean: CampaignValue | None = None
+    methods: tuple[str, ...] = ()
+    """Ids of the methods of the fits: in gusts filter error takes the place of ML."""
     prior: float | None = None
     """Before the flight; None without a model."""
     change_text: str = ""
@@ -95,6 +97,7 @@ def build_estimate_rows(
                 values=empty if history is None else history.values,
                 points=_points(name, fits),
                 mean=fits.values.get(name),
+                methods=_methods(name, fits),
                 prior=None if model is None else model.derivatives.get(name),
                 change_text=""
                 if history is None or since is None
@@ -102,6 +105,11 @@ def build_estimate_rows(
             )
         )
     return tuple(rows)
+
+
+def _methods(name: str, fits: CampaignResult) -> tuple[str, ...]:
+    estimates = [one.estimate for one in fits.results if one.estimate is not None]
+    return tuple(dict.fromkeys(one.method for one in estimates if name in one.estimated))
 
 
 def _points(name: str, fits: CampaignResult) -> tuple[FittedPoint, ...]:
