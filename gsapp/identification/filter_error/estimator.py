@@ -13,6 +13,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -278,7 +279,8 @@ def _converge(
     Gusts that differ along the aircraft rotate the air: in nature (gain 1) and by the standard. In
     many a simulation they do not (0), or with the sign that some editions of the standard give
     (-1); what vanes ahead of the CG show of it shows in all derivatives. All are compared where
-    values and noise have settled: before, one that is far off can be the likeliest.
+    values and noise have settled: before, one that is far off can be the likeliest. So are the
+    two lengths over which editions of the standard let the air roll.
     """
     start = fit.noise
     best = fit.branch(start)
@@ -289,30 +291,47 @@ def _converge(
             {flight: replace(one, gradient_gains=(0.0, 0.0)) for flight, one in start.items()}
         )
         passes, settled = yield from _settle(best)
-    least = best.deviance()
+    found = _Settled(best, passes, settled, best.deviance())
     for axis, gust in enumerate("wv"):
-        if not _meets(best, gust):
-            continue
-        settled_gain = next(iter(best.noise.values())).gradient_gains[axis]
-        for gain in (1.0, 0.0, -1.0):
-            if gain == settled_gain:
-                continue
-            noise = {
-                flight: replace(
-                    one,
-                    gradient_gains=_replaced(best.noise[flight].gradient_gains, axis, gain),
+        settled_gain = next(iter(found.fit.noise.values())).gradient_gains[axis]
+        for gain in (1.0, 0.0, -1.0) if _meets(found.fit, gust) else ():
+            if gain != settled_gain:
+                gains = {
+                    flight: _replaced(one.gradient_gains, axis, gain)
+                    for flight, one in found.fit.noise.items()
+                }
+                found = yield from _likelier(
+                    found,
+                    {
+                        flight: replace(one, gradient_gains=gains[flight])
+                        for flight, one in start.items()
+                    },
                 )
-                for flight, one in start.items()
-            }
-            trial = best.branch(noise)
-            try:
-                number, reached = yield from _settle(trial, beat=least)
-                cost = trial.deviance()
-            except FlightError:  # It diverged: air does not turn like that.
-                continue
-            if cost < least:
-                best, least, passes, settled = trial, cost, number, reached
-    return best, passes, settled
+    if _meets(found.fit, "p"):
+        long = {
+            flight: replace(one, roll_length=FILTER_ERROR.long_roll)
+            for flight, one in found.fit.noise.items()
+        }
+        found = yield from _likelier(found, long)
+    return found.fit, found.passes, found.is_settled
+
+
+class _Settled(NamedTuple):
+    fit: FilterErrorFit
+    passes: int
+    is_settled: bool
+    deviance: float
+
+
+def _likelier(best: _Settled, noise: Mapping[str, NoiseModel]) -> Generator[None, None, _Settled]:
+    """Return the fit that goes on from the best one with other noise, if it is likelier."""
+    trial = best.fit.branch(noise)
+    try:
+        passes, settled = yield from _settle(trial, beat=best.deviance)
+        found = _Settled(trial, passes, settled, trial.deviance())
+    except FlightError:  # It diverged: air does not turn like that.
+        return best
+    return found if found.deviance < best.deviance else best
 
 
 def _meets(fit: FilterErrorFit, gust: str) -> bool:

@@ -22,7 +22,6 @@ from gsapp.identification.filter_error.noise_model import (
     GUSTS,
     ROTATIONS,
     NoiseModel,
-    rotation_rate,
 )
 from gsapp.identification.filter_error.settings import FILTER_ERROR
 from gsapp.quantities import FloatArray
@@ -95,11 +94,13 @@ class GustStates:
                 if noise is not None:
                     rates[place, place] = -V / noise.gust_lengths[GUSTS.index(name)]
                 continue
+            if noise is None:  # No air that rotates.
+                continue
             entries[place, own] = rotation[ROTATIONS.index(name), place] = 1.0
-            bandwidth = rotation_rate(name, V, span)
+            bandwidth = noise.rotation_rate(name, V, span)
             rates[place, place] = -bandwidth
             source = {"q": "w", "r": "v"}.get(name)
-            if source in along and noise is not None:
+            if source in along:
                 # Gusts are what flows past, -w_g/V: q_g follows their rate, r_g minus it.
                 pitch, yaw = noise.gradient_gains
                 gain, row = bandwidth * (pitch if name == "q" else -yaw), names.index(source)

@@ -56,6 +56,9 @@ class NoiseModel:
     air does not rotate."""
     gradient_gains: tuple[float, float] = (0.0, 0.0)
     """Share of the gradients of gusts along z and y in pitch and yaw of the air; 1 by physics."""
+    roll_length: float = 1.0
+    """Length over which the air rolls, of the 4b/pi of MIL-F-8785C; MIL-STD-1797A has sqrt(L_w
+    b)/2.6, which is 2 to 4 times as long."""
     control_intensities: tuple[float, ...] = (0.0,) * len(CONTROLS)
     """Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
     with it, the aircraft does not."""
@@ -104,9 +107,18 @@ class NoiseModel:
         return replace(self, variances=bounded)
 
     @property
-    def gust_shape(self) -> tuple[tuple[float, float, float], bool, tuple[float, float]]:
+    def gust_shape(self) -> tuple[tuple[float, float, float], bool, tuple[float, float], float]:
         """Return what the states of gusts depend on: lengths, and how the air rotates."""
-        return self.gust_lengths, self.rotation_intensities is not None, self.gradient_gains
+        is_rotating = self.rotation_intensities is not None
+        return self.gust_lengths, is_rotating, self.gradient_gains, self.roll_length
+
+    def rotation_rate(self, name: str, V: float, span: float) -> float:
+        """Return the bandwidth (rad/s) of rotation of the air; MIL-F-8785C, section 3.7.2.
+
+        `name`: of `ROTATIONS`; airspeed in m/s, span in m.
+        """
+        share = {"p": 4.0 * self.roll_length, "q": 4.0, "r": 3.0}[name]
+        return np.pi * V / span / share
 
     def process_noise(
         self, names: Sequence[str], entries: FloatArray, moment_rows: Sequence[int]
@@ -138,17 +150,11 @@ class NoiseModel:
         At airspeed `V`; `span` in m.
         """
         return {
-            name: float(np.sqrt(0.5 * self.value(f"gust.{name}") / rotation_rate(name, V, span)))
+            name: float(
+                np.sqrt(0.5 * self.value(f"gust.{name}") / self.rotation_rate(name, V, span))
+            )
             for name in ROTATIONS
         }
-
-
-def rotation_rate(name: str, V: float, span: float) -> float:
-    """Return the bandwidth (rad/s) of rotation of the air; MIL-F-8785C, section 3.7.2.
-
-    `name`: of `ROTATIONS`; airspeed in m/s, span in m.
-    """
-    return np.pi * V / span / (3.0 if name == "r" else 4.0)
 
 
 def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:

@@ -60,6 +60,7 @@ class FilterErrorSettings:
     start_gust_intensity: float = 1.0
     start_gradient_intensity: float = 1e-3  # Of pitch and yaw of the air beyond gusts' gradients.
     start_moment_intensity: float = 1e-3
+    long_roll: float = 3.0  # `NoiseModel.roll_length` that is tried beside 1.
     max_passes: int = 30  # Passes at most.
     min_passes: int = 3  # Passes before values may count as settled ...
     max_halvings: int = 6  # Of a step that raises the deviance ...
