@@ -21,6 +21,7 @@ from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.actuators import simulate_control_path
 from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.flight_model import MODEL_INPUTS
+from gsapp.dynamics.sensors import Vector, alpha_vane, beta_vane, velocity_at
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
     Backlash,
@@ -34,7 +35,7 @@ from gsapp.dynamics.signal_terms import (
     apply_lag,
     channels_of_target,
 )
-from gsapp.dynamics.terms import COEFFICIENTS, Term, create_term
+from gsapp.dynamics.terms import BOOM_INSTRUMENTS, COEFFICIENTS, Term, create_term
 from gsapp.identification.filter_error.maneuver_state import (
     SensitivityColumn,
     SensitivityEntry,
@@ -114,6 +115,8 @@ def _column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
         return _control_column_builder(term)
     if term.target.startswith("sensor."):
         return _sensor_column_builder(term)
+    if term.target.startswith("place."):
+        return _position_column_builder(term, aircraft)
     if term.target in COEFFICIENTS or term.target in _AXES or term.target in _LOADS:
         return _equation_column_builder(term, aircraft)
     return None
@@ -246,6 +249,43 @@ def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
     return make
 
 
+def _position_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
+    """Return what a vane, or a boom with both, shows elsewhere.
+
+    Not so for accelerometers: what one shows elsewhere is linear in angular accelerations, and
+    these in what coefficients read. No flight parts the two.
+    """
+    _, instrument, axis = term.target.split(".")
+    if instrument not in ("boom", *BOOM_INSTRUMENTS):
+        return None
+    vanes = BOOM_INSTRUMENTS if instrument == "boom" else (instrument,)
+    step = tuple(SEARCH.trial_distance * (one == axis) for one in "xyz")
+
+    def shown(name: str, flow: Vector, rates: Vector, arm: Sequence[float]) -> FloatArray:
+        vane = getattr(aircraft.sensors, name)
+        x, y, z = np.add(vane.position, arm)
+        local = velocity_at((x, y, z), flow, rates)
+        if name == "alpha_vane":
+            return np.asarray(alpha_vane(local, vane.upwash))
+        return np.asarray(beta_vane(local, vane.kind, vane.upwash))
+
+    def make(found: Linearization) -> SensitivityColumn | None:
+        V, alpha, beta, p, q, r = (found.variables[one] for one in _FLOW)
+        forward = V * np.cos(beta)
+        flow = (forward * np.cos(alpha), V * np.sin(beta), forward * np.sin(alpha))
+        entries = []
+        for vane in vanes:
+            channel = vane.removesuffix("_vane")
+            if channel in found.record.channels:
+                moved, here = (shown(vane, flow, (p, q, r), arm) for arm in (step, (0.0,) * 3))
+                history = (moved - here) / SEARCH.trial_distance
+                entries.append(SensitivityEntry(target=f"channel.{channel}", history=history))
+        return tuple(entries) or None
+
+    return make
+
+
+_FLOW = ("V", "alpha", "beta", "p", "q", "r")
 _LONGITUDINAL = ("alpha", "q_hat", "de", "v")
 _LATERAL = ("beta", "p_hat", "r_hat", "da", "dr")
 _CUBIC_TERMS = (

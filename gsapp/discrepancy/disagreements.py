@@ -32,7 +32,7 @@ _MASSES: Final = {
 _SHARED_SENSOR_CHANNEL: Final = {
     "accelerometer.x": "ax", "accelerometer.y": "ay", "accelerometer.z": "an",
     "air_data.y": "V", "air_data.z": "V", "airdata.delay": "V", "alpha_vane.x": "alpha",
-    "alpha_vane.y": "alpha", "beta_vane.x": "beta", "beta_vane.z": "beta",
+    "alpha_vane.y": "alpha", "boom.x": "alpha", "beta_vane.x": "beta", "beta_vane.z": "beta",
     "attitude.delay": "phi", "inertial.delay": "q", "surfaces.delay": "de",
 }  # fmt: skip
 """Channel that shows most of what several instruments have in common."""

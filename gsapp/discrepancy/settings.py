@@ -82,6 +82,7 @@ class DiscrepancyAlgorithmSettings:
     # Candidates.
     trial_backlash: float = 0.06 * DEGREE
     """Width of play that is tried, rad: larger than noise of a potentiometer."""
+    trial_distance: float = 1e-3  # m by which a vane is moved; what it shows is linear in that.
     trial_time_constant: float = 0.15  # Time constant of lags without a name, s.
     mode_frequencies: tuple[float, float, float, float] = (3.0, 4.5, 6.7, 10.0)
     """Hz: structural modes at the accelerometers."""

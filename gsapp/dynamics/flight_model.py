@@ -40,6 +40,7 @@ from gsapp.dynamics.terms import (
     Term,
     TermJacobian,
     Values,
+    position_targets,
 )
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
@@ -57,12 +58,10 @@ _BETA_DOT = _VARIABLE_INDEX["beta_dot_hat"]
 _PREFIXES = ("control.", "sensor.")
 
 # Terms are summed in three passes: what they read must be known by then.
-_POSITION_TARGETS = {
-    name: tuple(f"place.{name}.{axis}" for axis in "xyz") for name in POSITIONED_INSTRUMENTS
-}
+_POSITION_TARGETS = {name: position_targets(name) for name in POSITIONED_INSTRUMENTS}
 _OFFSETS = (
     "thrust", "mass", "ixx", "iyy", "izz", "ixz", "cg.x", "cg.y", "cg.z",
-    *(target for targets in _POSITION_TARGETS.values() for target in targets),
+    *(target for target in TARGETS if target.startswith("place.")),
 )  # fmt: skip
 _FORCES = ("CN", "CA", "CY", "CX", "CZ", "X", "Y", "Z")
 
@@ -187,7 +186,9 @@ class FlightModel:
         self._entries = tuple(entries)
         offset = {entry.term.target for entry in entries}
         self.displaced_instruments = tuple(
-            name for name, targets in _POSITION_TARGETS.items() if not offset.isdisjoint(targets)
+            name
+            for name, axes in _POSITION_TARGETS.items()
+            if any(not offset.isdisjoint(targets) for targets in axes)
         )
         self._needs_flow_rates = any(
             index in entry.reads for entry in entries for index in (_ALPHA_DOT, _BETA_DOT)
@@ -424,7 +425,10 @@ class FlightModel:
             body=d_body,
             cg=np.stack([gx, gy, gz], axis=1),
             position_offsets={
-                name: np.stack([sums(target) for target in _POSITION_TARGETS[name]], axis=1)
+                name: np.stack(
+                    [sum(sums(one) for one in targets) for targets in _POSITION_TARGETS[name]],
+                    axis=1,
+                )
                 for name in self.displaced_instruments
             },
             rates=rates,
@@ -587,7 +591,9 @@ def _cross(
 
 
 def _position_offset(name: str, sums: Values) -> tuple[Value, Value, Value]:
-    x, y, z = (sums[_TARGET_INDEX[target]] for target in _POSITION_TARGETS[name])
+    x, y, z = (
+        sum(sums[_TARGET_INDEX[one]] for one in targets) for targets in _POSITION_TARGETS[name]
+    )
     return x, y, z
 
 

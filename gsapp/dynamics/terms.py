@@ -18,6 +18,7 @@ Targets
     ``thrust``                     force along x (N)
     ``mass ixx iyy izz ixz cg.x cg.y cg.z``   offsets of the file's values (kg, kg m^2, m)
     ``place.<instrument>.<axis>``  offset of where an instrument sits, from the file's (m)
+    ``place.boom.x``               that of both vanes, as one boom carries them (m)
     ``control.<surface>``          the path of a control signal, see `gsapp.dynamics.signal_terms`
     ``sensor.<channel>``           the path of a measured signal, or of all those of a box
 """
@@ -70,6 +71,8 @@ VARIABLES: Mapping[str, str] = {
 COEFFICIENTS = ("CN", "CA", "CY", "Cl", "Cm", "Cn")
 POSITIONED_INSTRUMENTS = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
 """Instruments for which it matters where they sit, as the aircraft file calls them."""
+BOOM_INSTRUMENTS = ("alpha_vane", "beta_vane")
+"""Those of them that one boom carries."""
 TARGETS = (
     *COEFFICIENTS,
     "CX",
@@ -90,8 +93,15 @@ TARGETS = (
     "cg.y",
     "cg.z",
     *(f"place.{instrument}.{axis}" for instrument in POSITIONED_INSTRUMENTS for axis in "xyz"),
+    "place.boom.x",
 )
 """What a term of the equations may add to."""
+
+
+def position_targets(instrument: str) -> tuple[tuple[str, ...], ...]:
+    """Return the targets that move an instrument along x, along y, and along z."""
+    boom = ("place.boom.x",) if instrument in BOOM_INSTRUMENTS else ()
+    return tuple((f"place.{instrument}.{axis}", *(boom if axis == "x" else ())) for axis in "xyz")
 
 
 @dataclass(frozen=True, slots=True)

@@ -424,27 +424,38 @@ _POSITION_TITLES = {
     "beta_vane": "Beta vane",
     "accelerometer": "Accelerometer",
     "air_data": "Pitot tube",
+    "boom": "Boom with both vanes",
 }
 _AXIS_TITLES = {"x": "further forward or aft", "y": "to one side", "z": "higher or lower"}
 _POSITIONS = {
-    "sensor.alpha_vane.x": ("aero.CN.q", "sensor.alpha.delay"),
+    "sensor.alpha_vane.x": ("aero.CN.q", "sensor.alpha.delay", "sensor.alpha.lag"),
     "sensor.alpha_vane.y": ("aero.CN.p", "sensor.alpha.scale"),
-    "sensor.beta_vane.x": ("aero.CY.r", "sensor.beta.delay"),
+    "sensor.beta_vane.x": ("aero.CY.r", "sensor.beta.delay", "sensor.beta.lag"),
     "sensor.beta_vane.z": ("aero.CY.p", "sensor.beta.scale"),
     "sensor.accelerometer.x": ("aero.CN.q", "aero.CY.r", "sensor.an.delay"),
     "sensor.accelerometer.y": ("sensor.an.scale", "sensor.ax.scale"),
     "sensor.accelerometer.z": ("aero.CY.p", "aero.CA.q", "sensor.ay.delay"),
     "sensor.air_data.y": ("sensor.V.scale",),
     "sensor.air_data.z": ("sensor.V.scale",),
+    "sensor.boom.x": ("sensor.alpha_vane.x", "sensor.beta_vane.x", "sensor.airdata.delay"),
 }
 """The axes along which a place shows (a pitot tube further forward sees the same speed), and what
 it is mistaken for."""
-_POSITION_CHANNEL = {
-    "alpha_vane": "alpha",
-    "beta_vane": "beta",
-    "accelerometer": "an",
-    "air_data": "V",
+_POSITION_CHANNELS = {
+    "alpha_vane": ("alpha",),
+    "beta_vane": ("beta",),
+    "accelerometer": ("an",),
+    "air_data": ("V",),
+    "boom": ("alpha", "beta"),
 }
+_VANE_AHEAD = (
+    "a turn held steep: alpha and beta stand still there while q and r do not; a vane ahead shows "
+    "less alpha by q x/V and more beta by r x/V all along, a late or filtered one is right; then "
+    "a slow deceleration in level flight: alpha grows without q, which shows upwash and no "
+    "position; a tape measure from the center of gravity determines it at once"
+)
+"""What parts the position of a vane from delay, lag and upwash."""
+_AHEAD = ("sensor.alpha_vane.x", "sensor.beta_vane.x", "sensor.boom.x")
 
 
 def _of_span(share: float) -> Callable[[Aircraft], float]:
@@ -464,11 +475,13 @@ def _register_positions() -> None:
             f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than in the aircraft file",
             EffectGuidance(
                 mistaken_for=alike,
-                separated_by=f"{quick}: the share of the rotation grows with its rate and "
+                separated_by=_VANE_AHEAD
+                if name in _AHEAD
+                else f"{quick}: the share of the rotation grows with its rate and "
                 "acceleration; a tape measure from the center of gravity "
                 "determines it at once",
                 effect_class="B",
-                needs=(_POSITION_CHANNEL[instrument],),
+                needs=_POSITION_CHANNELS[instrument],
                 source="kinematics: what sensors at (x, y, z) from the CG show",
             ),
         )

@@ -23,7 +23,14 @@ from gsapp.dynamics.equations import (
     polar_rates,
 )
 from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation
-from gsapp.dynamics.terms import COEFFICIENTS, TARGETS, VARIABLES, Term, TermJacobian
+from gsapp.dynamics.terms import (
+    COEFFICIENTS,
+    TARGETS,
+    VARIABLES,
+    Term,
+    TermJacobian,
+    position_targets,
+)
 from gsapp.quantities import FloatArray
 
 CONTROLS = ("de", "da", "dr", "flap", "throttle")
@@ -95,7 +102,7 @@ class EquationJacobian:
     force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]  # Of X, Y, Z.
     mass_gradient: SparseGradient
     cg_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
-    position_gradients: dict[str, tuple[SparseGradient, SparseGradient, SparseGradient]]
+    position_gradients: dict[str, tuple[SparseGradient, ...]]
     """Of how far instruments sit from where the aircraft file says."""
 
 
@@ -278,10 +285,9 @@ class _Chain:
             mass_gradient=sums["mass"],
             cg_gradients=d_cg,
             position_gradients={
-                name: (
-                    sums[f"place.{name}.x"],
-                    sums[f"place.{name}.y"],
-                    sums[f"place.{name}.z"],
+                name: tuple(
+                    linear_combination(*((1.0, sums[one]) for one in targets))
+                    for targets in position_targets(name)
                 )
                 for name in model.displaced_instruments
             },
