@@ -110,6 +110,7 @@ class EffectDecision:
     evidence: FloatArray
     """Shape (n_competitors,). Probabilities, in the order of the screening's competitors."""
     gain: FloatArray  # Shape (n_competitors,). Gains in the sum of squares that they rest on.
+    contradicted: bool = False  # Whether maneuvers kept out speak against the best.
 
 
 def detection_threshold(false_alarm: float, competitors: Sequence[CandidateEffect]) -> float:

@@ -139,7 +139,8 @@ def validate_on_held_out(
         kind: DecisionKind = (
             "unexplained" if found > SEARCH.strong_gain_ratio * least else "nothing"
         )
-        kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
+        decision = replace(before.decision, kind=kind, contradicted=True)
+        kept = [*kept[:-2], replace(before, decision=decision)]
         held = against(kept)
     return kept, held
 

@@ -331,7 +331,9 @@ def find_alternatives(
                 fly=find_effect(one.id).separated_by if one.named else "",
             )
             for one in decision.alternatives
-            if one.named or verdict == "unexplained"
+            if (one.named or verdict == "unexplained")
+            # What was taken back is no alternative to itself.
+            and not (one.named and one is decision.best and decision.kind == "unexplained")
         ]
     return tuple(found)
 
@@ -370,10 +372,16 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
         ]
     if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
         best = decision.best
-        sentences.append(
-            "An effect is missing that is not in the catalog"
-            + (f"; nearest: {best.title}." if best is not None else ".")
-        )
+        if best is not None and decision.contradicted:
+            sentences.append(
+                f"Something more is missing: {best.title} ({best.id}) explains the fitted "
+                "maneuvers best, but the held-out maneuvers contradict it."
+            )
+        else:
+            sentences.append(
+                "An effect is missing that is not in the catalog"
+                + (f"; nearest: {best.title}." if best is not None else ".")
+            )
     if found.verdict == "values-wrong":
         sentences.append(
             f"The model structure is adequate; {', '.join(found.values)} differ from the model "

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gsapp.discrepancy.investigation import Investigation, _check_gain, _Search
-from gsapp.discrepancy.results import DiscrepancyResult
+from gsapp.discrepancy.results import DiscrepancyResult, explain_verdict, find_alternatives
 from gsapp.discrepancy.search_checks import check_instruments
 from gsapp.discrepancy.search_stages import fit_baseline
 from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress, SearchStoppedError
@@ -94,6 +94,29 @@ def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation)
         _check_gain(stage, stage.fit, best, SETTINGS.false_alarm)
     borne_out = run._fitted_with(stage.fit, best, stage.screening, "")
     _check_gain(stage, borne_out, best, SETTINGS.false_alarm)
+
+
+def test_what_maneuvers_kept_out_refute_is_no_alternative_to_itself(
+    search: Investigation, answer: DiscrepancyResult
+) -> None:
+    stage = _Search(search, SETTINGS, None)._stage(
+        search.baseline(HELD_OUT, lambda _: None), added=""
+    )
+    assert stage.decision.best is not None
+    refuted = replace(
+        stage.decision,
+        kind="unexplained",
+        alternatives=(stage.decision.best,),
+        contradicted=True,
+    )
+    assert find_alternatives("unexplained", (refuted,)) == ()
+    told = explain_verdict(replace(answer, verdict="unexplained", effects=()), refuted)
+    assert f"({EFFECT})" in told
+    assert "contradict" in told
+    assert "not in the catalog" not in told
+    # What these flights cannot tell apart stays.
+    open_ = replace(refuted, kind="ambiguous", contradicted=False)
+    assert [one.effects for one in find_alternatives("ambiguous", (open_,))] == [(EFFECT,)]
 
 
 @pytest.mark.long
