@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -103,6 +103,7 @@ def _content(one: TermSelection) -> dict[str, Any]:
     return {
         "terms": {name: {"value": value, "std": std} for name, (value, std) in one.values.items()},
         "beyond_linear": list(one.beyond_linear),
+        "shapes": {name: dict(shape) for name, shape in one.shapes.items()},
         "unexcited": list(one.unexcited),
         "r2": one.r2,
         "steps": [
@@ -116,6 +117,18 @@ def _content(one: TermSelection) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _shape_text(shape: Mapping[str, float]) -> str:
+    """Return the numbers of a stall's shape, angles in degrees."""
+    from gsapp.quantities.constants import DEGREE
+
+    return ", ".join(
+        f"alpha_star {value / DEGREE:.3g} deg"
+        if name == "alpha_star"
+        else f"{name} {value:.3g}{' s' if name.startswith('tau') else ''}"
+        for name, value in shape.items()
+    )
+
+
 def _describe(console: PlainConsole, one: TermSelection) -> None:
     table = console.create_table(
         f"{one.coefficient}: R2 {one.r2:z.4f}",
@@ -126,6 +139,8 @@ def _describe(console: PlainConsole, one: TermSelection) -> None:
         beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
         table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
     console.print_unwrapped(table)
+    for name, shape in one.shapes.items():
+        console.print_sentence(f"  {name}: {_shape_text(shape)}")
     for step in one.steps:
         console.print_sentence(f"  {step.action} {step.term}: {step.why}")
     if one.unexcited:

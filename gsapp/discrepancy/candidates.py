@@ -8,8 +8,8 @@ not given the name of what is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -19,8 +19,10 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import EffectRecord
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.actuators import simulate_control_path
-from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
+from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS, LONGITUDINAL_COEFFICIENTS
+from gsapp.dynamics.effect_terms import STALL_SHAPE, StallTerm
 from gsapp.dynamics.flight_model import MODEL_INPUTS
+from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import Vector, alpha_vane, beta_vane, velocity_at
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
@@ -36,11 +38,14 @@ from gsapp.dynamics.signal_terms import (
     channels_of_target,
 )
 from gsapp.dynamics.terms import BOOM_INSTRUMENTS, COEFFICIENTS, Term, create_term
+from gsapp.foundation import FlightError
+from gsapp.identification.equation_error.stepwise_regression import select_terms
 from gsapp.identification.filter_error.maneuver_state import (
     SensitivityColumn,
     SensitivityEntry,
 )
 from gsapp.identification.filter_error.motion_linearization import Linearization
+from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
 
 ColumnBuilder = Callable[[Linearization], SensitivityColumn | None]
@@ -72,24 +77,42 @@ class CandidateEffect:
     """Bounds of the size, as differences from neutral."""
     build_column: ColumnBuilder
     """Takes a `Linearization`, returns its column, or None where it cannot act."""
+    shape: Mapping[str, float] = field(default_factory=dict)
+    """Other parameters of the effect, at which its column was made: it is not linear in them."""
+    fitted: tuple[str, ...] = ()
+    """Those of them that the full fit moves, too."""
+    proven: bool = False
+    """Whether regression of measured coefficients prefers it, so that it is fitted fully whatever
+    its column gains: a model that lacks it may stand too far from the record for columns."""
     initial_value: Callable[[Sequence[Linearization]], float] | None = None
     """Where a size cannot be had from the column (end stops): takes the linearizations of all
     maneuvers, returns the parameter to start from."""
 
+    @property
+    def shape_cost(self) -> float:
+        """Return what the effect's own shape takes off its gain in the sum of squares."""
+        return SEARCH.shape_parameter_cost * len(self.fitted)
+
 
 def catalog_candidates(
-    records: Sequence[EffectRecord], aircraft: Aircraft, still: Collection[str] = ()
+    records: Sequence[EffectRecord],
+    aircraft: Aircraft,
+    still: Collection[str] = (),
+    *,
+    stall: StallScreening | None = None,
 ) -> tuple[CandidateEffect, ...]:
     """Return the competitors for effects of the catalog that can be made a column.
 
     `still`: ids of those whose input did not move.
+    `stall`: without the shape of one none competes.
     """
     found = []
     for record in records:
         term = create_term(record.id, aircraft)
-        maker = _column_builder(term, aircraft)
+        own = stall.shape if stall and isinstance(term, StallTerm) else {}
+        maker = _column_builder(term, aircraft, own)
         free = [item for item in term.parameters if item.free]
-        if maker is None or not free:
+        if maker is None or not free or (isinstance(term, StallTerm) and not own):
             continue
         item = free[0]
         found.append(
@@ -104,13 +127,58 @@ def catalog_candidates(
                 low=item.bounds[0] - item.neutral,
                 high=item.bounds[1] - item.neutral,
                 build_column=maker,
+                shape=own,
+                fitted=() if stall and stall.is_known else tuple(own),
+                proven=bool(stall and record.id in stall.proven[:1]),
                 initial_value=_initial_value(term),
             )
         )
     return tuple(found)
 
 
-def _column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StallScreening:
+    """What measured coefficients say of a stall, before any motion is simulated."""
+
+    shape: Mapping[str, float]  # Of the stall; empty where none shows.
+    is_known: bool = False  # Whether it is that of a stall in the model.
+    proven: tuple[str, ...] = ()
+    """Ids of the stalls that win over all other terms of their coefficient, clearest first."""
+
+
+def screen_stall(model: Model, maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> StallScreening:
+    """Return the stall that measured coefficients show beside the model's effects."""
+    missing, shape = [], {}
+    for name in LONGITUDINAL_COEFFICIENTS:
+        effect = next((one for one in model.effects if one.id == f"aero.{name}.stall"), None)
+        if effect is None:
+            missing.append(name)
+        else:
+            values = {**effect.term(aircraft).defaults, **effect.parameters}
+            shape = {one: values[one] for one in STALL_SHAPE}
+    is_known = bool(shape)
+    chosen = [one for one in maneuvers if "de" in one.inputs] or list(maneuvers)
+    proven: dict[str, float] = {}
+    for name in missing:
+        try:
+            found = select_terms(chosen, name, model=model, most_terms=1)
+        except FlightError:
+            continue
+        effect_id = f"aero.{name}.stall"
+        if effect_id in found.shapes:
+            proven[effect_id] = found.steps[0].partial_f
+            if not is_known and proven[effect_id] == max(proven.values()):
+                shape = dict(found.shapes[effect_id])
+    return StallScreening(
+        shape=shape,
+        is_known=is_known,
+        proven=tuple(sorted(proven, key=lambda one: -proven[one])),
+    )
+
+
+def _column_builder(
+    term: Term, aircraft: Aircraft, shape: Mapping[str, float]
+) -> ColumnBuilder | None:
     if term.target.startswith("control."):
         return _control_column_builder(term)
     if term.target.startswith("sensor."):
@@ -118,25 +186,19 @@ def _column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
     if term.target.startswith("place."):
         return _position_column_builder(term, aircraft)
     if term.target in COEFFICIENTS or term.target in _AXES or term.target in _LOADS:
-        return _equation_column_builder(term, aircraft)
+        return _equation_column_builder(term, aircraft, shape)
     return None
 
 
-def _equation_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder:
+def _equation_column_builder(
+    term: Term, aircraft: Aircraft, shape: Mapping[str, float]
+) -> ColumnBuilder:
     index = next((k for k, item in enumerate(term.parameters) if item.free), 0)
-    neutral = [item.neutral for item in term.parameters]
+    neutral = [shape.get(item.name, item.neutral) for item in term.parameters]
 
     def make(found: Linearization) -> SensitivityColumn | None:
         reads = [found.variables[name] for name in term.reads]
-        states: tuple[FloatArray, ...] = ()
-        if term.states:
-            taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
-            states = tuple(
-                apply_lag(
-                    reads[0], taus[0] if taus else SEARCH.trial_time_constant, found.record.dt
-                )
-                for _ in term.states
-            )
+        states = term.states_along(reads, neutral, found.record.dt)
         history = np.broadcast_to(
             np.asarray(term.jacobian(reads, states, neutral).parameters[index], dtype=float),
             (len(found.record),),

@@ -16,6 +16,7 @@ from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
 from gsapp.dynamics.terms import EffectGuidance, Parameter, create_term, effect_guidance, effect_ids
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.quantities.constants import DEGREE
 
 EffectEntry = Literal[
     "coefficient", "propulsion", "control path", "instrument", "mass", "atmosphere"
@@ -141,6 +142,7 @@ def eligible_effects(
     *,
     moving: Collection[str] | None = None,
     variants: bool = False,
+    highest_alpha: float | None = None,
 ) -> tuple[EffectRecord, ...]:
     """Return the effects that can compete; `excluded_effects` says why the others cannot.
 
@@ -157,8 +159,13 @@ def eligible_effects(
     variants : bool
         Whether other forms of one effect (`EffectRecord.variant_of`) compete too. Beside the
         plain form they would only split its evidence.
+    highest_alpha : float, optional
+        Angle of attack that these flights reach, rad: effects beyond the linear range need more
+        than that of the aircraft file.
     """
-    reasons = excluded_effects(aircraft, channels, moving=moving, variants=variants)
+    reasons = excluded_effects(
+        aircraft, channels, moving=moving, variants=variants, highest_alpha=highest_alpha
+    )
     return tuple(one for one in all_effects() if one.id not in reasons)
 
 
@@ -168,6 +175,7 @@ def excluded_effects(
     *,
     moving: Collection[str] | None = None,
     variants: bool = False,
+    highest_alpha: float | None = None,
 ) -> dict[str, str]:
     """Return, by id, why an effect cannot compete; arguments as in `eligible_effects`."""
     found = {}
@@ -175,6 +183,12 @@ def excluded_effects(
         why = _exclusion_reason(one, aircraft, channels, moving)
         if not why and one.variant_of and not variants:
             why = f"looks like {one.variant_of}; tried after that is found"
+        end = aircraft.limits.alpha_linear[1]
+        if one.beyond_linear_alpha and highest_alpha is not None and highest_alpha < end:
+            why = (
+                f"needs angles of attack beyond the linear range: {end / DEGREE:.0f} deg; these "
+                f"flights reach {highest_alpha / DEGREE:.1f} deg"
+            )
         if why:
             found[one.id] = why
     return found

@@ -84,12 +84,13 @@ def screen_candidates(
     allowed = np.array(
         [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
     )
+    costs = np.array([one.shape_cost for one in competitors])
     return CandidateScreening(
         candidates=tuple(competitors),
         full_information=whole,
         projected_information=left,
         maneuver_information=parts,
-        gain=np.where(allowed, gain, 0.0),
+        gain=np.where(allowed, np.maximum(gain - costs, 0.0), 0.0),
         size=size,
         std=std,
     )

@@ -8,7 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates, unnamed_candidates
+from gsapp.discrepancy.candidates import (
+    CandidateEffect,
+    catalog_candidates,
+    screen_stall,
+    unnamed_candidates,
+)
 from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
 from gsapp.discrepancy.effect_catalog import excluded_effects
 from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
@@ -28,12 +33,14 @@ from gsapp.discrepancy.search_checks import (
     check_maneuvers,
     check_model_match,
     comparable_maneuvers,
+    highest_alpha,
     moving_inputs,
 )
 from gsapp.discrepancy.search_stages import (
     SearchStage,
     equivalent_effects_of,
     fit_baseline,
+    fit_from_record,
     remove_misnamed_effects,
 )
 from gsapp.discrepancy.settings import (
@@ -156,16 +163,21 @@ class _Search:
         moving = moving_inputs(of.maneuvers)
         present = {effect.id for effect in fit.model.effects}
         # An effect through an input that stood still may look like another one: it competes, too.
+        top = highest_alpha(of.maneuvers)
         still = excluded_effects(of.aircraft, channels, moving=moving)
         records = [
             one
-            for one in catalog_competitors(of.aircraft, channels)
+            for one in catalog_competitors(of.aircraft, channels, highest_alpha=top)
             if one.derivative not in fit.free
             and one.id not in present
             and one.id not in self._settings.refused
             and one.id not in self._failed
         ]
-        named = catalog_candidates(records, of.aircraft, still)
+        stall = None
+        if any(one.beyond_linear_alpha for one in records):
+            flown = [one.record.maneuver for one in fit.maneuvers]
+            stall = screen_stall(fit.model, flown, of.aircraft)
+        named = catalog_candidates(records, of.aircraft, still, stall=stall)
         unnamed = unnamed_candidates(named, throttle="throttle" in moving, flap="flap" in moving)
         return (*named, *(one for one in unnamed if one.id not in self._settings.refused))
 
@@ -242,7 +254,9 @@ class _Search:
             if screening.candidates[place].named
             and screening.gain[place] > best - SEARCH.max_contender_gap
         ][: SEARCH.max_contenders]
-        if len(near) < 2:
+        proven = [place for place in screening.ranking if screening.candidates[place].proven]
+        near += [place for place in proven if place not in near]
+        if len(near) < 2 and not proven:
             return decision
         gain = screening.gain.copy()
         costs: dict[int, float] = {}
@@ -254,13 +268,15 @@ class _Search:
                 gain[place] = 0.0
                 continue
             self._trials[one.id] = trial
-            costs[place] = trial.deviance()
+            costs[place] = trial.deviance() + one.shape_cost
         if not costs:
             return select_effect(screening, gain, least=least, temper=temper)
         # The best fit keeps its gain by columns; the others differ from it as their fits do.
         best_fit = min(costs, key=lambda place: costs[place])
         for place, cost in costs.items():
             gain[place] = screening.gain[best_fit] - (cost - costs[best_fit])
+        if best_fit in proven:
+            gain[best_fit] = max(gain[best_fit], fit.deviance() - costs[best_fit])
         return select_effect(screening, np.maximum(gain, 0.0), least=least, temper=temper)
 
     # --- adding ---------------------------------------------------------------------------------
@@ -273,7 +289,7 @@ class _Search:
         doing: str,
     ) -> FilterErrorFit:
         term = create_term(one.id, self._of.aircraft)
-        values = dict(term.defaults)
+        values = {**term.defaults, **one.shape}
         if one.parameter:
             item = next(item for item in term.parameters if item.name == one.parameter)
             if one.initial_value is not None:
@@ -290,8 +306,13 @@ class _Search:
             )
         model = fit.revised_model().with_effect(one.id, values)
         free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
-        new = fit.with_model(model, free)
         try:
+            if one.shape:
+                # Without the stall, noise and gusts had taken its part.
+                records = [each.record for each in fit.maneuvers]
+                shape = tuple(f"{one.id}.{name}" for name in one.fitted)
+                return fit_from_record(records, model, free, self._tick, doing, shape)
+            new = fit.with_model(model, free)
             fit_to_convergence(
                 new,
                 SEARCH.effect_passes if screening else SEARCH.max_passes_far_start,

@@ -102,10 +102,14 @@ def compute_observability(
         )
     rows += [
         Observability(
-            effect=one.id, effect_class="C", sigma=0.0, sigma_size=float("inf"), fly=one.remedy
+            effect=one.id,
+            effect_class=one.effect_class,
+            sigma=0.0,
+            sigma_size=float("inf"),
+            fly=one.remedy or one.separated_by,
         )
         for one in all_effects()
-        if one.effect_class == "C"
+        if one.effect_class == "C" or (one.beyond_linear_alpha and one.id not in ids)
     ]
     rows.sort(key=lambda row: -row.sigma)
     return tuple(rows)
@@ -183,7 +187,7 @@ def build_result(
     Maneuvers are all, `model` the one that was given.
     """
     effects = tuple(
-        _found_effect(before, after, held, number, aircraft)
+        _found_effect(before, after, stages[-1], held, number, aircraft)
         for number, (before, after) in enumerate(pairwise(stages))
     )
     last = stages[-1]
@@ -276,18 +280,25 @@ def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Mode
 
 
 def _found_effect(
-    before: SearchStage, after: SearchStage, held: HeldOutManeuvers, number: int, aircraft: Aircraft
+    before: SearchStage,
+    after: SearchStage,
+    last: SearchStage,
+    held: HeldOutManeuvers,
+    number: int,
+    aircraft: Aircraft,
 ) -> FoundEffect:
+    """Return what `after` has and `before` has not, with the values of the last stage."""
     effect = after.added
     term = create_term(effect, aircraft)
-    information = after.fit.information().with_priors(after.fit.priors())
-    names = (*after.fit.free, *after.fit.bias_names())
-    _, covariance = information.solution(names)
+    fit = last.fit
+    names = (*fit.free, *fit.bias_names())
+    _, covariance = fit.information().with_priors(fit.priors()).solution(names)
     stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
+    moved = {name: name for name in fit.free} | fit.shared_parameters()
     prefix = f"{effect}."
     parameters = {
-        name.removeprefix(prefix): (after.fit.values[name], float(stds[name]))
-        for name in after.fit.free
+        name.removeprefix(prefix): (fit.values[leader], float(stds[leader]))
+        for name, leader in moved.items()
         if name.startswith(prefix)
     }
     evidence = before.decision.evidence

@@ -153,6 +153,13 @@ def moving_inputs(maneuvers: Sequence[Maneuver]) -> frozenset[str]:
     return frozenset(found)
 
 
+def highest_alpha(maneuvers: Sequence[Maneuver]) -> float | None:
+    """Return the angle of attack that the flights reach for a hundredth of a maneuver, rad."""
+    shown = [one.samples("alpha") for one in maneuvers if one.has("alpha")]
+    tops = [float(np.nanpercentile(one, 99.0)) for one in shown if np.isfinite(one).any()]
+    return max(tops, default=None)
+
+
 def check_forced_effects(
     forced: Sequence[str], aircraft: Aircraft, maneuvers: Sequence[Maneuver]
 ) -> None:
@@ -163,7 +170,13 @@ def check_forced_effects(
     channels: Collection[str] = {
         name for one in maneuvers for name in one.block.channels if one.has(name)
     }
-    reasons = excluded_effects(aircraft, channels, moving=moving_inputs(maneuvers), variants=True)
+    reasons = excluded_effects(
+        aircraft,
+        channels,
+        moving=moving_inputs(maneuvers),
+        variants=True,
+        highest_alpha=highest_alpha(maneuvers),
+    )
     for effect in forced:
         wanted = find_effect(effect)
         if effect in reasons:

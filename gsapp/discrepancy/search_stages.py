@@ -45,10 +45,29 @@ def fit_baseline(
 ) -> FilterErrorFit:
     """Return the baseline fitted to maneuvers."""
     start = initial_model() if model is None else model
-    fit = FilterErrorFit.create(records, start, free_parameters(start, model is None))
-    fit_to_convergence(fit, 2, tick, "fitting the current model", fresh=True)
+    free = free_parameters(start, model is None)
+    return fit_from_record(records, start, free, tick, "fitting the current model")
+
+
+def fit_from_record(
+    records: Sequence[ManeuverRecord],
+    model: Model,
+    free: Sequence[str],
+    tick: ActivityCallback,
+    doing: str,
+    later: Sequence[str] = (),
+) -> FilterErrorFit:
+    """Return a model fitted to maneuvers of whose noise nothing is known.
+
+    `later`: parameters that are free once the others have found their way.
+    """
+    fit = FilterErrorFit.create(records, model, free)
+    fit_to_convergence(fit, 2, tick, doing, fresh=True)
     select_noise_correlation(fit, FILTER_ERROR.noise_rounds)
-    fit_to_convergence(fit, SEARCH.max_passes - 2, tick, "fitting the current model")
+    fit_to_convergence(fit, SEARCH.max_passes - 2, tick, doing)
+    if later:
+        fit = fit.with_model(fit.revised_model(), (*free, *later))
+        fit_to_convergence(fit, SEARCH.max_passes_far_start, tick, doing)
     return _with_rotating_air(fit, tick)
 
 

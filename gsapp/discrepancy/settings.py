@@ -84,6 +84,9 @@ class DiscrepancyAlgorithmSettings:
     """Width of play that is tried, rad: larger than noise of a potentiometer."""
     trial_distance: float = 1e-3  # m by which a vane is moved; what it shows is linear in that.
     trial_time_constant: float = 0.15  # Time constant of lags without a name, s.
+    shape_parameter_cost: float = 2.0
+    """Of the gain, for each parameter of its shape that an effect moves (H. Akaike, A new look at
+    the statistical model identification, IEEE Trans. Autom. Control 19, 1974)."""
     mode_frequencies: tuple[float, float, float, float] = (3.0, 4.5, 6.7, 10.0)
     """Hz: structural modes at the accelerometers."""
     mode_damping: float = 0.15  # Damping ratio of these modes: reaches their neighbors too.

@@ -7,10 +7,16 @@ The modules of `gsapp.dynamics.effects` enter them in the registry with their pa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
 
-from gsapp.dynamics.arithmetic import Value, where
+import numpy as np
+
+from gsapp.dynamics.arithmetic import Value, array_namespace, where
+from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.dynamics.terms import Term, TermJacobian, Values
+from gsapp.quantities import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +52,11 @@ class UnsteadyTerm(Term):
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         return (reads[0],)
 
+    def states_along(
+        self, reads: Sequence[FloatArray], parameters: Sequence[float], dt: float
+    ) -> tuple[FloatArray, ...]:
+        return (apply_lag(reads[0], parameters[1], dt),)
+
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         tau = parameters[1]
         size = self.scale * parameters[0]
@@ -61,8 +72,8 @@ class UnsteadyTerm(Term):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StallTerm(Term):
-    """Departure from the linear coefficient beyond the linear angles of attack.
+class StallDepartureTerm(Term):
+    """Departure from the linear coefficient beyond the linear angles of attack, without memory.
 
     Exactly zero between `alpha_low` and `alpha_high`; outside it starts as a parabola and turns
     into a line of the slope `slope`: with e the excess over the limit, slope * e^2/(|e| + width).
@@ -99,6 +110,116 @@ class StallTerm(Term):
         below = where(alpha < low, low - alpha, 0.0)
         sign = 1.0 if self.even else where(alpha < low, -1.0, 1.0)
         return above + below, sign
+
+
+STALL_SHAPE: Final = ("a1", "alpha_star", "tau1", "tau2")
+"""Parameters of a `StallTerm` after its size: one flow separates, so that all coefficients share
+them."""
+_MIN_ATTACHED = 1e-3
+"""Position of the separation point below which its root goes on in a straight line."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StallTerm(Term):
+    """Flow that separates from the trailing edge forward, late in time: Kirchhoff's stall.
+
+    The state X is the point up to which the flow is attached, 1 at the trailing edge, 0 at the
+    leading edge:
+
+        tau1 X' + X = (1 - tanh(a1 (alpha - tau2 alpha' - alpha_star)))/2
+
+    The lift of the attached flow is multiplied by ((1 + sqrt X)/2)^2: ``lift`` adds the size times
+    alpha times what is lost of that. ``separation`` adds the size times 1 - X. Reads alpha, V and
+    alpha' c/(2V), the last for the rate of X only.
+
+    Goman, Khrabrov, State-space representation of aerodynamic characteristics of an aircraft at
+    high angles of attack, J. Aircraft 31, 1994; Jategaonkar, Flight Vehicle System
+    Identification, 2015, chapter 12.
+    """
+
+    shape: Literal["lift", "separation"]
+    chord: float  # m.
+
+    def with_shape(self, values: Mapping[str, float]) -> StallTerm:
+        """Return the stall with other defaults of `STALL_SHAPE`."""
+        return replace(
+            self,
+            parameters=tuple(
+                replace(item, default=values.get(item.name, item.default))
+                for item in self.parameters
+            ),
+        )
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        if self.shape == "separation":
+            return parameters[0] * (1.0 - states[0])
+        factor = 0.5 * (1.0 + self._root(states[0])[0])
+        return parameters[0] * reads[0] * (1.0 - factor * factor)
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        return ((self._settled(reads, parameters)[0] - states[0]) / parameters[3],)
+
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        return (self._settled((reads[0], reads[1], 0.0), parameters)[0],)
+
+    def states_along(
+        self, reads: Sequence[FloatArray], parameters: Sequence[float], dt: float
+    ) -> tuple[FloatArray, ...]:
+        settled = np.asarray(self._settled(reads, parameters)[0])
+        return (apply_lag(settled, parameters[3], dt),)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        alpha, V, alpha_dot_hat = reads
+        size, a1, alpha_star, tau1, tau2 = parameters
+        root, by_state = self._root(states[0])
+        factor = 0.5 * (1.0 + root)
+        if self.shape == "lift":
+            lost = 1.0 - factor * factor
+            by_alpha, by_X, by_size = size * lost, -size * alpha * factor * by_state, alpha * lost
+        else:
+            by_alpha, by_X, by_size = 0.0, -size + 0.0 * states[0], 1.0 - states[0]
+        settled, slope = self._settled(reads, parameters)
+        alpha_dot = 2.0 * V * alpha_dot_hat / self.chord
+        excess = alpha - tau2 * alpha_dot - alpha_star
+        by_delay = -a1 * slope * tau2 / tau1
+        return TermJacobian(
+            reads=(by_alpha, 0.0, 0.0),
+            states=(by_X,),
+            parameters=(by_size, 0.0, 0.0, 0.0, 0.0),
+            rate_reads=(
+                (
+                    a1 * slope / tau1,
+                    by_delay * 2.0 * alpha_dot_hat / self.chord,
+                    by_delay * 2.0 * V / self.chord,
+                ),
+            ),
+            rate_states=((-1.0 / tau1,),),
+            rate_parameters=(
+                (
+                    0.0,
+                    excess * slope / tau1,
+                    -a1 * slope / tau1,
+                    -(settled - states[0]) / (tau1 * tau1),
+                    -a1 * slope * alpha_dot / tau1,
+                ),
+            ),
+        )
+
+    def _settled(self, reads: Values, parameters: Values) -> tuple[Value, Value]:
+        """Return where X settles, and its derivative by a1 (alpha - tau2 alpha' - alpha_star)."""
+        alpha, V, alpha_dot_hat = reads
+        _, a1, alpha_star, _, tau2 = parameters
+        excess = a1 * (alpha - 2.0 * tau2 * V * alpha_dot_hat / self.chord - alpha_star)
+        tanh = array_namespace(excess).tanh(excess)
+        return 0.5 * (1.0 - tanh), -0.5 * (1.0 - tanh * tanh)
+
+    @staticmethod
+    def _root(X: Value) -> tuple[Value, Value]:
+        """Return the square root of X and its derivative, finite where X falls to zero."""
+        attached = where(X > _MIN_ATTACHED, X, _MIN_ATTACHED)
+        root = array_namespace(attached).sqrt(attached)
+        slope = 0.5 / root
+        return root + slope * (X - attached), slope
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

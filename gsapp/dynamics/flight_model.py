@@ -230,8 +230,8 @@ class FlightModel:
         for index, one_pass in enumerate(self._passes[:2]):
             blocked = dict(late) if index else {**late, _THRUST: "thrust"}
             for entry in one_pass:
-                for variable in entry.reads:
-                    if variable in blocked:
+                for variable, name in zip(entry.reads, entry.term.reads, strict=True):
+                    if variable in blocked and name not in entry.term.rate_only_reads:
                         raise FlightError(
                             f"the effect '{entry.term.id}' reads {blocked[variable]}, which is "
                             f"known only after {entry.term.target} is summed; give it a state of "
@@ -569,7 +569,8 @@ class _Chain:
             if index in self._dense:
                 out += _as_column(slope) * self._dense[index]
             else:
-                for column, part in self._sparse[index]:
+                # Rates of the flow, which are known only after the forces, enter no force.
+                for column, part in self._sparse.get(index, ()):
                     out[:, column] += slope * part
         for offset, slope in enumerate(by_states):
             out[:, entry.states.start + offset] += slope

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 from gsapp.aircraft import Aircraft
@@ -22,7 +22,7 @@ from gsapp.dynamics.atmosphere import (
     Wind,
     pressure_altitude,
 )
-from gsapp.dynamics.buildup import LONGITUDINAL_COEFFICIENTS
+from gsapp.dynamics.effect_terms import StallDepartureTerm
 from gsapp.dynamics.equations import (
     Loads,
     Matrix,
@@ -38,7 +38,7 @@ from gsapp.dynamics.flight_model import FlightModel, ModelEvaluation
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import Engines, EngineState
 from gsapp.dynamics.settings import SIMULATION
-from gsapp.dynamics.terms import Term, create_term
+from gsapp.dynamics.terms import Parameter, Term
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import GRAVITY
 
@@ -91,12 +91,28 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
     The lift departs with a slope a little steeper than that of the linear model, so that the
     normal force levels off and falls slowly: 61 ft/s for the shipped B777.
     """
-    terms = tuple(
-        create_term(f"aero.{target}.stall", aircraft) for target in LONGITUDINAL_COEFFICIENTS
+    low, high = aircraft.limits.alpha_linear
+    limit = (-math.pi / 2.0, math.pi / 2.0)
+
+    def departure(target: str, slope: float, *, even: bool = False) -> Term:
+        values = {"slope": slope, "width": 0.06, "alpha_low": low, "alpha_high": high}
+        return StallDepartureTerm(
+            id=f"aero.{target}.stall",
+            title="Stall",
+            equation=f"{target} += slope e^2/(|e| + width), e = alpha beyond the linear range",
+            target=target,
+            reads=("alpha",),
+            even=even,
+            parameters=tuple(
+                Parameter(name, "", value, limit, name) for name, value in values.items()
+            ),
+        )
+
+    return (
+        departure("CN", -1.04 * model.derivative("CN_alpha")),
+        departure("CA", 1.6, even=True),
+        departure("Cm", -0.6),
     )
-    lift = terms[0]
-    slope = replace(lift.parameters[0], default=-1.04 * model.derivative("CN_alpha"))
-    return (replace(lift, parameters=(slope, *lift.parameters[1:])), *terms[1:])
 
 
 @dataclass(slots=True)

@@ -37,10 +37,13 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.quantities import FloatArray
 
 Values = Sequence[Value]
 
@@ -63,8 +66,8 @@ VARIABLES: Mapping[str, str] = {
     "rho": "air density, kg/m^3",
     "qbar": "dynamic pressure, Pa",
     "thrust": "all engines, N; for terms that do not add to the thrust",
-    "alpha_dot_hat": "alpha' c/(2V); for terms that add to moments only",
-    "beta_dot_hat": "beta' b/(2V); for terms that add to moments only",
+    "alpha_dot_hat": "alpha' c/(2V); for terms that add to moments, and rates of own states",
+    "beta_dot_hat": "beta' b/(2V); for terms that add to moments, and rates of own states",
 }
 """What a term of the equations may read."""
 
@@ -143,6 +146,11 @@ class Term(ABC):
     parameters: tuple[Parameter, ...] = ()
     states: tuple[str, ...] = ()
     """Names of its own states; empty for a static term."""
+    rate_only_reads: tuple[str, ...] = ()
+    """Of the variables read, those that enter the rates of its own states and not its value: rates
+    of the flow angles, where it adds to a force."""
+    shared_parameters: tuple[str, ...] = ()
+    """Parameters that all terms of its class in one model share: one flow separates."""
 
     @abstractmethod
     def value(self, reads: Values, states: Values, parameters: Values) -> Value: ...
@@ -158,6 +166,27 @@ class Term(ABC):
     def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the states at which their rates vanish for constant `reads`."""
         return ()
+
+    def states_along(
+        self, reads: Sequence[FloatArray], parameters: Sequence[float], dt: float
+    ) -> tuple[FloatArray, ...]:
+        """Return the term's own states, shape (n,), along histories of what it reads.
+
+        They have settled at the first sample. Heun's method; terms with a closed form override it.
+        """
+        now = self.steady_state([one[0] for one in reads], parameters)
+        found = [now]
+        slope = self.rates([one[0] for one in reads], now, parameters)
+        for index in range(1, len(reads[0]) if self.states else 1):
+            given = [one[index] for one in reads]
+            ahead = [x + dt * rate for x, rate in zip(now, slope, strict=True)]
+            then = self.rates(given, ahead, parameters)
+            now = tuple(
+                x + 0.5 * dt * (one + two) for x, one, two in zip(now, slope, then, strict=True)
+            )
+            found.append(now)
+            slope = self.rates(given, now, parameters)
+        return tuple(np.array(found, dtype=np.float64).T)
 
     @property
     def defaults(self) -> dict[str, float]:
@@ -255,6 +284,8 @@ class EffectGuidance:
     variant_of: str = ""
     """A plainer effect that this looks like in all but special maneuvers: the same physics in a
     finer shape, or other physics of the same shape."""
+    beyond_linear_alpha: bool = False
+    """Whether it shows only where angles of attack exceed the linear range of the aircraft file."""
     decoy: bool = False
     """Whether it stands for structure without a name: where it wins, nothing was explained."""
 

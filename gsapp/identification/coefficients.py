@@ -248,7 +248,9 @@ def reconstruct_coefficients(
     variables["alpha_dot_hat"] = turning["alpha"] * half * geometry.chord
     variables["beta_dot_hat"] = turning["beta"] * half * geometry.span
     for term, parameters in by_flow_rates:
-        given = term.value([variables[name] for name in term.reads], (), parameters)
+        reads = [variables[name] for name in term.reads]
+        own = term.states_along(reads, parameters, dt) if term.states else ()
+        given = term.value(reads, own, parameters)
         raw[:, COEFFICIENTS.index(term.target)] -= given
 
     good = _valid_samples(gaps, _unbridgeable_gaps(gaps, moved.times, dt), filtering)

@@ -1,12 +1,13 @@
 """Proves that the blind cases are what they say: truth flown by JSBSim, sizes in true sigmas."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from gsapp.discrepancy.effect_catalog import all_effects
+from gsapp.dynamics.effect_terms import StallTerm
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.signal_terms import SignalTerm
@@ -14,9 +15,9 @@ from gsapp.dynamics.terms import create_term
 from gsapp.quantities import FloatArray
 from tests.discrepancy.blind import cases, flying, instruments, sensitivity
 from tests.discrepancy.blind.cases import Case, Recording, hidden
-from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND
-from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
-from tests.discrepancy.blind.plan import PLAN, Planned
+from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Stall
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION, STALL
+from tests.discrepancy.blind.plan import PLAN, STALL_APPROACHES, Planned
 
 NOTHING = Case(id="nothing", group="nothing")
 ELEVATOR, BOTH, THROTTLE, SLIPPING = PLAN[2], PLAN[15], PLAN[8], PLAN[13]
@@ -76,6 +77,8 @@ def test_without_effects_jsbsim_and_our_equations_fly_alike(planned: Planned) ->
 
 
 def flown_with(effect: str) -> Planned:
+    if effect.endswith(".stall"):
+        return STALL_APPROACHES[0]
     if "flap" in effect:
         return PLAN[14]
     if effect.startswith("propulsion") or effect.endswith(".speed"):
@@ -84,7 +87,7 @@ def flown_with(effect: str) -> Planned:
 
 
 @pytest.mark.parametrize(
-    "effect", [one for one in (*AIR, *PROPULSION) if not one.startswith("outside")]
+    "effect", [one for one in (*AIR, *STALL, *PROPULSION) if not one.startswith("outside")]
 )
 def test_an_effect_in_jsbsim_is_the_effect_of_that_name_in_the_catalog(effect: str) -> None:
     """Loads that JSBSim flew with the effect hidden fit our equations with that effect added."""
@@ -92,14 +95,25 @@ def test_an_effect_in_jsbsim_is_the_effect_of_that_name_in_the_catalog(effect: s
     motion, _ = flying.fly_motion(hidden(effect), planned)
     aircraft = flying.shipped_aircraft()
     linear = Model(derivatives=flying.true_derivatives(0))
-    name = next(one.name for one in create_term(effect, aircraft).parameters if one.free)
+    term = create_term(effect, aircraft)
+    name = next(one.name for one in term.parameters if one.free)
+    parameters = {**term.defaults, name: cases.typical(effect)}
+    if isinstance(term, StallTerm):
+        parameters |= asdict(Stall.of_plan(0))
     inputs = model_inputs(planned, motion)
     states = np.column_stack([*(motion[one] for one in POLAR), 0.0 * motion["time"]])
     gaps = []
-    for model in (linear, linear.with_effect(effect, {name: cases.typical(effect)})):
+    reads = {"alpha": motion["alpha"], "V": motion["V"]}
+    turned = np.gradient(motion["alpha"], 1.0 / RATE)
+    reads["alpha_dot_hat"] = 0.5 * turned * aircraft.geometry.chord / motion["V"]
+    own: tuple[FloatArray, ...] = ()
+    if term.states:
+        read = [reads[one] for one in term.reads]
+        own = term.states_along(read, [*parameters.values()], 1.0 / RATE)
+    for model, more in ((linear, ()), (linear.with_effect(effect, parameters), own)):
         flight = FlightModel(aircraft, model)
-        totals = flight.evaluate(tuple(states.T), tuple(inputs.T))
-        rates = flight.rates(tuple(states.T), tuple(inputs.T))
+        totals = flight.evaluate((*states.T, *more), tuple(inputs.T))
+        rates = flight.rates((*states.T, *more), tuple(inputs.T))
         ours = [*(np.asarray(one) / inputs[:, 7] for one in totals.loads[:3])]
         ours += [np.asarray(one) for one in rates[3:6]]
         theirs = [motion[one] for one in ("fx", "fy", "fz", "p_dot", "q_dot", "r_dot")]

@@ -7,7 +7,9 @@ import pytest
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import create_linear_terms, derivative_names
+from gsapp.dynamics.model import load_model
 from gsapp.dynamics.signal_terms import SignalTerm
+from gsapp.dynamics.simulation import stall_terms
 from gsapp.dynamics.terms import (
     TARGETS,
     VARIABLES,
@@ -167,21 +169,47 @@ def test_description_is_complete(name: str, aircraft: Aircraft) -> None:
 def test_states_at_rest_have_no_rate(name: str, aircraft: Aircraft) -> None:
     term = term_of(name, aircraft)
     reads, _, parameters = sample(term, 3)
+    reads = [
+        np.zeros(3) if name in term.rate_only_reads else one
+        for name, one in zip(term.reads, reads, strict=True)
+    ]
     rest = term.steady_state(reads, parameters)
     assert len(rest) == len(term.states)
     for rate in term.rates(reads, rest, parameters):
         assert np.all(rate == 0.0)
 
 
-def test_stall_is_exactly_nothing_in_the_linear_range(aircraft: Aircraft) -> None:
+def test_the_virtual_stall_is_exactly_nothing_in_the_linear_range(aircraft: Aircraft) -> None:
     low, high = aircraft.limits.alpha_linear
     alpha = np.linspace(low, high, 101)
-    for target in ("CN", "CA", "Cm"):
-        term = create_term(f"aero.{target}.stall", aircraft)
+    for term in stall_terms(aircraft, load_model("b777")):
         values = tuple(term.defaults.values())
         assert np.all(term.value((alpha,), (), values) == 0.0)
         assert term.value((high + 0.05,), (), values) != 0.0
         assert term.value((low - 0.05,), (), values) != 0.0
+
+
+def test_the_stall_is_that_of_kirchhoff(aircraft: Aircraft) -> None:
+    """Proves lift factor, settled separation and hysteresis against the formulas of the source."""
+    lift, moment = (create_term(f"aero.{name}.stall", aircraft) for name in ("CN", "Cm"))
+    size, a1, alpha_star, tau1, tau2 = parameters = (-4.6, 20.0, 0.24, 0.3, 0.1)
+    dt, V = 0.005, 20.0
+    times = np.arange(0.0, 8.0, dt)
+    alpha = 0.24 - 0.12 * np.cos(2.0 * np.pi * times / 8.0)
+    alpha_dot = np.gradient(alpha, dt)
+    hat = alpha_dot * aircraft.geometry.chord / (2.0 * V)
+    reads = (alpha, np.full_like(alpha, V), hat)
+    (X,) = lift.states_along(reads, parameters, dt)
+    settled = 0.5 * (1.0 - np.tanh(a1 * (alpha - tau2 * alpha_dot - alpha_star)))
+    assert tau1 * np.gradient(X, dt) + X == pytest.approx(settled, abs=2e-3)
+    factor = ((1.0 + np.sqrt(X)) / 2.0) ** 2
+    assert lift.value(reads, (X,), parameters) == pytest.approx(size * alpha * (1.0 - factor))
+    assert moment.value(reads, (X,), parameters) == pytest.approx(size * (1.0 - X))
+    # Attached longer on the way up than on the way down: half a cycle apart at the same alpha.
+    assert X[400] > X[1200] + 0.2
+    # The general way gives the same as the closed form.
+    (general,) = Term.states_along(lift, reads, parameters, dt)
+    assert general == pytest.approx(X, abs=1e-4)
 
 
 def test_an_id_is_registered_once() -> None:

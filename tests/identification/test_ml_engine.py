@@ -22,7 +22,7 @@ DT = 0.02
 COUNT = 300
 AIRCRAFT = load_aircraft("b777")
 EFFECTS = {
-    "lon": ("aero.Cm.alpha2", "aero.CN.stall", "aero.CX.speed", "propulsion.Cm.throttle"),
+    "lon": ("aero.Cm.alpha2", "aero.CN.alpha2", "aero.CX.speed", "propulsion.Cm.throttle"),
     "lat": ("aero.Cl.alpha_beta", "aero.Cn.beta3", "aero.Cl.da3", "propulsion.Cn.asymmetry"),
 }
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
-from gsapp.dynamics.effect_terms import SpeedTerm, StallTerm, UnsteadyTerm
+from gsapp.dynamics.effect_terms import STALL_SHAPE, SpeedTerm, StallTerm, UnsteadyTerm
 from gsapp.dynamics.effects.effect_registration import (
     BEYOND,
     V_REF,
-    held_parameter,
     register_monomial,
     register_term,
 )
@@ -143,50 +140,76 @@ for _target, _size, _alike in (
 
 # --- stall --------------------------------------------------------------------------------------
 
+_SHAPE = "tau1 X' + X = (1 - tanh(a1 (alpha - tau2 alpha' - alpha_star)))/2"
 
-def _stall_factory(target: str, default: float, *, even: bool, words: str) -> TermFactory:
+
+def _stall_factory(
+    target: str, default: float, bounds: tuple[float, float], words: str
+) -> TermFactory:
     def make(aircraft: Aircraft) -> Term:
-        low, high = aircraft.limits.alpha_linear
-        limit = (-math.pi / 2.0, math.pi / 2.0)
+        lift = target == "CN"
+        part = "alpha (1 - ((1 + sqrt X)/2)^2)" if lift else "(1 - X)"
         return StallTerm(
             id=f"aero.{target}.stall",
             title=f"Stall: {words}",
-            equation=f"{target} += slope e^2/(|e| + width), e = alpha beyond the linear range",
+            equation=f"{target} += {target}_stall {part}, {_SHAPE}",
             target=target,
-            reads=("alpha",),
-            even=even,
+            reads=("alpha", "V", "alpha_dot_hat"),
+            rate_only_reads=("alpha_dot_hat",),
+            states=("X",),
+            shared_parameters=STALL_SHAPE,
+            shape="lift" if lift else "separation",
+            chord=aircraft.geometry.chord,
             parameters=(
                 Parameter(
-                    "slope", "", default, (-20.0, 20.0), "final slope of the departure, per radian"
+                    f"{target}_stall",
+                    "",
+                    default,
+                    bounds,
+                    "lift slope that is lost, -CN_alpha in theory, per radian"
+                    if lift
+                    else "change of the coefficient when all of the flow has separated",
                 ),
-                held_parameter(
-                    "width",
-                    "rad",
-                    0.06,
-                    (1e-3, 1.0),
-                    "excess at which half of the final slope is reached",
-                ),
-                held_parameter("alpha_low", "rad", low, limit, "lower end of the linear range"),
-                held_parameter("alpha_high", "rad", high, limit, "upper end of the linear range"),
+                *_shape_parameters(aircraft),
             ),
         )
 
     return make
 
 
-for _target, _size, _even, _words in (
-    ("CN", -4.6, False, "the wing stops lifting"),
-    ("CA", 1.6, True, "the drag rises"),
-    ("Cm", -0.6, False, "the nose drops"),
+def _shape_parameters(aircraft: Aircraft) -> tuple[Parameter, ...]:
+    angle = aircraft.limits.alpha_stall
+    return tuple(
+        Parameter(name, unit, value, bounds, words, neutral=value)
+        for name, unit, value, bounds, words in (
+            ("a1", "", 20.0, (8.0, 100.0), "abruptness of the separation, per radian"),
+            (
+                "alpha_star",
+                "rad",
+                angle,
+                (0.1, 0.8),
+                "angle of attack at which half of the flow has separated",
+            ),
+            ("tau1", "s", 0.2, (0.02, 5.0), "time constant with which the flow follows"),
+            ("tau2", "s", 0.1, (0.0, 5.0), "delay of the separation by alpha'"),
+        )
+    )
+
+
+for _target, _size, _bounds, _words in (
+    ("CN", -4.6, (-20.0, 0.0), "the wing stops lifting"),
+    ("CA", 0.15, (-5.0, 5.0), "the drag rises"),
+    ("Cm", -0.15, (-5.0, 5.0), "the nose drops"),
 ):
     register_effect(
         f"aero.{_target}.stall",
-        _stall_factory(_target, _size, even=_even, words=_words),
+        _stall_factory(_target, _size, _bounds, _words),
         EffectGuidance(
             mistaken_for=(f"aero.{_target}.alpha2", "sensor.alpha.clipping"),
-            separated_by="a slow deceleration with the wings level until the break, with height "
-            "to spare, and doublets that stay within the linear range",
-            source="departure beyond the linear range of the aircraft file",
-            variant_of=f"aero.{_target}.alpha2",
+            separated_by="a slow deceleration with the wings level until the break and back, with "
+            "height to spare, twice, and doublets that stay within the linear range",
+            source="Goman, Khrabrov, J. Aircraft 31, 1994; Jategaonkar, Flight Vehicle System "
+            "Identification, 2015, chapter 12",
+            beyond_linear_alpha=True,
         ),
     )

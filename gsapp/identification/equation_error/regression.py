@@ -55,6 +55,12 @@ class EquationErrorSettings:
     max_cosine: float = 0.9  # Of what is new in two candidates: hardly told apart.
     max_candidates: int = 3  # Candidates tried in a round before it gives up.
 
+    # Shape of a stall: sizes from which the search for it starts, and its scales.
+    stall_angles: int = 4  # From the end of the linear range to the highest angle flown.
+    stall_abruptness: tuple[float, ...] = (12.0, 30.0)  # Per radian.
+    stall_time_constants: tuple[float, ...] = (0.1, 0.5)  # s.
+    stall_scales: tuple[float, ...] = (0.3, 0.02, 0.5, 0.1)  # log a1, rad, log tau1, s.
+
 
 EQUATION_ERROR: Final = EquationErrorSettings()
 

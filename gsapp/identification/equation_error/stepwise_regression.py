@@ -6,6 +6,9 @@ that explains most of what is left. It stays if its partial F, with the bound th
 colored residuals, is large enough and stretches of the record that were left out are predicted
 better with it (PRESS, stretch by stretch: neighboring samples are no witnesses of their own).
 A term that later ones have made superfluous goes again.
+
+Where the flights go beyond the linear range of angles of attack, the stall competes in the shape
+that fits best beside the linear terms; its F is for all of its parameters together.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import create_linear_terms, linear_variables
+from gsapp.dynamics.effect_terms import StallTerm
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import Monomial, Parameter, Term, create_term, effect_ids
 from gsapp.foundation import FlightError
@@ -34,6 +38,7 @@ from gsapp.identification.equation_error.regression import (
     ManeuverRows,
     solve_equation,
 )
+from gsapp.identification.equation_error.stall_regression import fit_stall_shape
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.identification.smoothing import BoolArray, contiguous_slices
@@ -61,8 +66,10 @@ class TermSelection:
     values: Mapping[str, tuple[float, float]]  # Chosen terms, bias first: value and honest bound.
     steps: tuple[StepwiseStep, ...]  # How it came to them.
     unexcited: tuple[str, ...]
-    """Candidates that these maneuvers cannot show: their variables hardly change."""
+    """Candidates that these maneuvers cannot show: their variables hardly change, or too little."""
     r2: float
+    shapes: Mapping[str, Mapping[str, float]]
+    """Of chosen terms that are not linear in all of their parameters: the others, as fitted."""
 
     @property
     def beyond_linear(self) -> tuple[str, ...]:
@@ -113,6 +120,7 @@ def select_terms(
     model: Model | None = None,
     motions: Sequence[MeasuredMotion] | None = None,
     delays: Mapping[str, float] | None = None,
+    most_terms: int | None = None,
 ) -> TermSelection:
     """Choose the terms of one coefficient.
 
@@ -129,6 +137,8 @@ def select_terms(
         Its effects are taken as known.
     motions, delays
         As in `gsapp.identification.equation_error.estimator`.
+    most_terms : int, optional
+        Beyond those from the start; by default as many as are proven.
 
     Raises
     ------
@@ -142,12 +152,29 @@ def select_terms(
             f"{coefficient} cannot be estimated from these maneuvers: "
             f"{found[0].missing[coefficient]}"
         )
-    candidates = dict(candidate_terms(coefficient, maneuvers[0].aircraft) if pool is None else pool)
-    table = _RegressorTable(coefficient, candidates, used)
+    aircraft = maneuvers[0].aircraft
+    candidates = dict(candidate_terms(coefficient, aircraft) if pool is None else pool)
+    unexcited = []
+    stall = _stall_term(coefficient, aircraft) if pool is None else None
+    if stall is not None and not any(
+        one.id == stall.id for one in (model.effects if model else ())
+    ):
+        shape = fit_stall_shape(stall, used, aircraft.limits.alpha_linear[1])
+        if shape is None:
+            unexcited.append(stall.id)
+        else:
+            candidates[stall.id] = stall.with_shape(shape.values)
+    table = _RegressorTable(coefficient, candidates, used, unexcited)
     linear = [name for name in _linear_names(coefficient) if name in table.columns]
     search = _StepwiseSearch(table, linear if keep_linear else [])
-    search.run()
+    search.run(most_terms)
     return search.result()
+
+
+def _stall_term(coefficient: str, aircraft: Aircraft) -> StallTerm | None:
+    term_id = f"aero.{coefficient}.stall"
+    term = create_term(term_id, aircraft) if term_id in effect_ids() else None
+    return term if isinstance(term, StallTerm) else None
 
 
 def _linear_names(coefficient: str) -> tuple[str, ...]:
@@ -182,7 +209,11 @@ class _RegressorTable:
     """The smoothed coefficient and what each candidate would add to it, row by row."""
 
     def __init__(
-        self, coefficient: str, pool: Mapping[str, Term], used: Sequence[Coefficients]
+        self,
+        coefficient: str,
+        pool: Mapping[str, Term],
+        used: Sequence[Coefficients],
+        unexcited: Sequence[str],
     ) -> None:
         self.coefficient = coefficient
         stride = used[0].smoother.stride
@@ -229,7 +260,15 @@ class _RegressorTable:
         table = np.concatenate(rows)
         moved = table.std(axis=0) > 1e-3 * np.maximum(np.abs(table).max(axis=0), 1e-12)
         self.columns = {name: table[:, index] for index, name in enumerate(pool) if moved[index]}
-        self.unexcited = tuple(name for index, name in enumerate(pool) if not moved[index])
+        self.unexcited = (
+            *unexcited,
+            *(name for index, name in enumerate(pool) if not moved[index]),
+        )
+        self.shapes = {
+            name: {one: term.defaults[one] for one in term.shared_parameters}
+            for name, term in pool.items()
+            if term.shared_parameters
+        }
 
     def equation(self, names: Sequence[str]) -> Equation:
         spare = [f"{DRIFT_PREFIX}{index}" for index in range(self._offsets.shape[1])]
@@ -266,7 +305,9 @@ def _is_measured(term: Term, used: Sequence[Coefficients]) -> bool:
 def _term_column(term: Term, one: Coefficients) -> FloatArray:
     free = next(index for index, item in enumerate(term.parameters) if item.free)
     reads = [one.variables[name] for name in term.reads]
-    slopes = term.jacobian(reads, (), tuple(term.defaults.values())).parameters
+    values = tuple(term.defaults.values())
+    states = term.states_along(reads, values, one.smoother.dt) if term.states else ()
+    slopes = term.jacobian(reads, states, values).parameters
     return np.broadcast_to(np.asarray(slopes[free], dtype=np.float64), one.times.shape)
 
 
@@ -288,8 +329,8 @@ class _StepwiseSearch:
         self._total = max(float(about @ about), 1e-300)
         self._press = self._predicted(self._chosen)
 
-    def run(self) -> None:
-        for _ in range(len(self._table.columns)):
+    def run(self, most_terms: int | None = None) -> None:
+        for _ in range(len(self._table.columns) if most_terms is None else most_terms):
             if not self._forward():
                 break
             self._backward()
@@ -307,6 +348,9 @@ class _StepwiseSearch:
             steps=tuple(self._steps),
             unexcited=self._table.unexcited,
             r2=self._r2(self._chosen),
+            shapes={
+                name: shape for name, shape in self._table.shapes.items() if name in self._chosen
+            },
         )
 
     def _forward(self) -> bool:
@@ -325,7 +369,15 @@ class _StepwiseSearch:
         usable = size > 1e-3 * np.linalg.norm(raw, axis=0)
         new /= np.where(usable, size, 1.0)
         worth = np.where(usable, np.abs(new.T @ left), 0.0)
-        for place in np.argsort(-worth)[: EQUATION_ERROR.max_candidates].tolist():
+        places = np.argsort(-worth)[: EQUATION_ERROR.max_candidates].tolist()
+        if any(self._parameter_count(names[place]) > 1 for place in places):
+            # By the sum of squares whatever has more parameters would win.
+            ratios = {
+                place: self._partial_f([*self._chosen, names[place]])[names[place]]
+                for place in places
+            }
+            places.sort(key=lambda place: -ratios[place])
+        for place in places:
             if worth[place] <= 0.0:
                 return False
             name = names[place]
@@ -342,7 +394,7 @@ class _StepwiseSearch:
 
     def _try(self, name: str, alike: tuple[str, ...]) -> bool:
         wanted = [*self._chosen, name]
-        partial = float(_partial_f(self._table.equation(wanted))[len(wanted)])
+        partial = self._partial_f(wanted)[name]
         press = self._predicted(wanted)
         if partial >= EQUATION_ERROR.f_to_enter and press < self._press:
             why = (
@@ -364,9 +416,7 @@ class _StepwiseSearch:
     def _backward(self) -> None:
         while True:
             free = [name for name in self._chosen if name not in self._kept]
-            partial = dict(
-                zip(self._chosen, _partial_f(self._table.equation(self._chosen))[1:], strict=False)
-            )
+            partial = self._partial_f(self._chosen)
             weakest = min(free, key=lambda name: partial[name])
             if partial[weakest] >= EQUATION_ERROR.f_to_remove:
                 return
@@ -377,6 +427,18 @@ class _StepwiseSearch:
             self._note("removed", weakest, partial[weakest], (), why)
             if not [name for name in self._chosen if name not in self._kept]:
                 return
+
+    def _partial_f(self, names: Sequence[str]) -> dict[str, float]:
+        """Return (value / honest bound)^2 of every term over the number of its parameters."""
+        solution = solve_equation(self._table.equation(names))
+        values = (solution.values / np.maximum(solution.std, 1e-300)) ** 2
+        return {
+            name: float(value) / self._parameter_count(name)
+            for name, value in zip(names, values[1:], strict=False)
+        }
+
+    def _parameter_count(self, name: str) -> int:
+        return 1 + len(self._table.shapes.get(name, ()))
 
     def _note(
         self,
@@ -416,10 +478,3 @@ class _StepwiseSearch:
             miss = np.linalg.lstsq(inner, left[part], rcond=1e-8)[0]
             total += float(miss @ miss)
         return total / self._total
-
-
-def _partial_f(equation: Equation) -> FloatArray:
-    """Return (value / honest bound)^2 of every parameter, shape (k,)."""
-    solution = solve_equation(equation)
-    std = np.maximum(solution.std, 1e-300)
-    return np.asarray((solution.values / std) ** 2, dtype=np.float64)

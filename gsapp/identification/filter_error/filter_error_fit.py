@@ -277,7 +277,26 @@ class FilterErrorFit:
             }
             if own:
                 model = model.with_effect(effect.id, {**effect.parameters, **own})
+        for follower, leader in self.shared_parameters().items():
+            effect_id, _, parameter = follower.rpartition(".")
+            effect = next(one for one in model.effects if one.id == effect_id)
+            model = model.with_effect(
+                effect_id, {**effect.parameters, parameter: self.values[leader]}
+            )
         return model
+
+    def shared_parameters(self) -> dict[str, str]:
+        """Return held parameters of effects that follow a free one of another effect."""
+        aircraft = self.maneuvers[0].record.maneuver.aircraft
+        terms = [effect.term(aircraft) for effect in self.model.effects]
+        return {
+            f"{term.id}.{name}": f"{other.id}.{name}"
+            for other in terms
+            for term in terms
+            if type(term) is type(other) and term is not other
+            for name in term.shared_parameters
+            if f"{other.id}.{name}" in self.free and f"{term.id}.{name}" not in self.free
+        }
 
     def take_model(self, model: Model) -> None:
         """Put the values of the fit into the flight models."""
@@ -339,7 +358,9 @@ class FilterErrorFit:
         """Return the model linearized along a maneuver's motion."""
         model = one.flight_model
         equations = tuple(
-            name for name in self.free if name in model.parameter_names and name not in _DERIVATIVES
+            name
+            for name in (*self.free, *self.shared_parameters())
+            if name in model.parameter_names and name not in _DERIVATIVES
         )
         return linearize_along(
             one.record,
@@ -359,11 +380,15 @@ class FilterErrorFit:
         ones = np.ones(len(one.record))
         columns: list[SensitivityColumn] = []
         paths = path_columns(one.flight_model, found)
+        shared = self.shared_parameters()
         for name in self.free:
             if name in paths:
                 columns.append(paths[name])
             elif name in found.free:
-                columns.append((SensitivityEntry(target=f"free.{name}", history=ones),))
+                moved = [name, *(one for one, leader in shared.items() if leader == name)]
+                columns.append(
+                    tuple(SensitivityEntry(target=f"free.{one}", history=ones) for one in moved)
+                )
             else:
                 coefficient, _, suffix = name.partition("_")
                 read = (

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Literal
 
-from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION, STALL
 
 Group = Literal["hidden", "nothing", "outside", "pair"]
 Baseline = Literal["fitted", "given", "wrong"]
@@ -104,8 +104,9 @@ def neutral(effect: str) -> float:
 
 
 def typical(effect: str) -> float:
-    if effect in AIR:
-        return AIR[effect].typical
+    for known in (AIR, STALL):
+        if effect in known:
+            return known[effect].typical
     for table in (PROPULSION, CONTROL, SENSOR, MISSING, OUTSIDE_SENSOR):
         if effect in table:
             return table[effect]

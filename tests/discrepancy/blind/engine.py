@@ -4,6 +4,8 @@ A run takes about 10 microseconds a step. Gusts are winds of JSBSim. The control
 maneuver are kept, so that the same maneuver can be flown again with something else changed.
 """
 
+from __future__ import annotations
+
 import math
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -22,6 +24,7 @@ from tests.discrepancy.blind.jsbsim_aircraft import (
     POUND,
     PSF,
     SLUG,
+    STALL,
     SURFACES,
     place_of,
     write_aircraft,
@@ -67,6 +70,39 @@ class Condition:
     beta: float = 0.0
     """rad."""
     mass: float  # kg.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stall:
+    """Kirchhoff's separation point x, from 1 (attached) to 0, as Goman and Khrabrov move it."""
+
+    a1: float = 20.0  # Per radian.
+    alpha_star: float = 0.245  # rad.
+    tau1: float = 0.25
+    tau2: float = 0.12
+    """s."""
+
+    @classmethod
+    def of_plan(cls, plan: int) -> Stall:
+        random = np.random.default_rng([plan, 7])
+        return cls(
+            a1=20.0 * float(random.uniform(0.7, 1.4)),
+            alpha_star=0.245 * float(random.uniform(0.9, 1.1)),
+            tau1=0.25 * float(random.uniform(0.6, 1.6)),
+            tau2=0.12 * float(random.uniform(0.5, 1.6)),
+        )
+
+    def settled(self, alpha: float, alpha_dot: float) -> float:
+        return 0.5 - 0.5 * math.tanh(self.a1 * (alpha - self.tau2 * alpha_dot - self.alpha_star))
+
+    def moved(self, x: float, alpha: float, alpha_dot: float) -> float:
+        step = math.exp(-1.0 / (STEPS_PER_SECOND * self.tau1))
+        return step * x + (1.0 - step) * self.settled(alpha, alpha_dot)
+
+    @staticmethod
+    def lost_lift(x: float) -> float:
+        """Return the share of the lift that is lost."""
+        return 1.0 - 0.25 * (1.0 + math.sqrt(x)) ** 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,6 +153,9 @@ class Engine:
             )
         ]  # fmt: skip
         self._has_memory = any("memory" in one for one in effects)
+        self.stall = None if STALL.keys().isdisjoint(effects) else Stall()
+        self._flow = [manager.get_node(f"aero/{one}") for one in ("alpha-rad", "alphadot-rad_sec")]
+        self._stall = [manager.get_node(f"stall/{one}") for one in ("lost-lift", "separated")]
 
     def set(self, derivatives: Mapping[str, float], sizes: Mapping[str, float]) -> None:
         for name in DERIVATIVES:
@@ -139,7 +178,14 @@ class Engine:
         self._memory.set_double_value(0.0)
         for node, value in zip(self._controls, controls, strict=True):
             node.set_double_value(value)
+        if self.stall:
+            self._separate(self.stall.settled(alpha, 0.0))
         assert fdm.run_ic()
+
+    def _separate(self, x: float) -> float:
+        self._stall[0].set_double_value(Stall.lost_lift(x))
+        self._stall[1].set_double_value(1.0 - x)
+        return x
 
     def trim(self, condition: Condition) -> Trim:
         """Return the controls and attitude of steady straight flight, by Newton's method."""
@@ -243,6 +289,7 @@ class Engine:
             down = (gusts[:, 2] / FOOT).tolist()
         forget = math.exp(-1.0 / (STEPS_PER_SECOND * MEMORY))
         lagged = self._pitch.get_double_value()
+        x = self.stall.settled(state[1], 0.0) if self.stall else 1.0
         rows = []
         for step, row in enumerate(controls.tolist()):
             for node, value in zip(self._controls, row, strict=True):
@@ -254,6 +301,10 @@ class Engine:
             if self._has_memory:
                 lagged = forget * lagged + (1.0 - forget) * self._pitch.get_double_value()
                 self._memory.set_double_value(lagged)
+            if self.stall:
+                x = self._separate(
+                    self.stall.moved(x, *(node.get_double_value() for node in self._flow))
+                )
             fdm.run()
             if step >= ahead and (step - ahead) % SUBSTEPS == 0:
                 rows.append([node.get_double_value() for node in self._recorded])

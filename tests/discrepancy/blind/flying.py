@@ -30,7 +30,15 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from tests.discrepancy.blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
-from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
+from tests.discrepancy.blind.engine import (
+    CONTROLS,
+    RATE,
+    SETTLING,
+    STEPS_PER_SECOND,
+    Engine,
+    Stall,
+    Trim,
+)
 from tests.discrepancy.blind.instruments import (
     AIR_BOX,
     SURFACES_BOX,
@@ -40,7 +48,7 @@ from tests.discrepancy.blind.instruments import (
     with_faults,
     with_zeros,
 )
-from tests.discrepancy.blind.jsbsim_aircraft import AIR, ALTITUDE, FOOT, PROPULSION
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, ALTITUDE, FOOT, PROPULSION, STALL
 from tests.discrepancy.blind.plan import (
     PLAN,
     SERVO_LAG,
@@ -258,9 +266,11 @@ def fly_motion(
     measured : mapping of str to ndarray, optional
         Errors of measured deflections: these are flown too, in still air.
     """
-    built = tuple(name for name in case.effects if name in AIR or name in PROPULSION)
+    built = tuple(name for name in case.effects if name in (*AIR, *STALL, *PROPULSION))
     engine = engine_for(built)
     engine.set(truth_of(case), {name: case.effects[name] for name in built})
+    if engine.stall:
+        engine.stall = Stall.of_plan(case.plan)
     condition = planned.condition(engine.aircraft)
     trim = engine.trim(condition)
     controls, shown = controls_of(case, planned, trim)

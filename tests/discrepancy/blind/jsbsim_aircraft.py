@@ -143,6 +143,19 @@ AIR: Mapping[str, AirEffect] = {
 }
 """Effects of the air, by id; ids ``outside.*`` are in no catalog."""
 
+STALL: Mapping[str, AirEffect] = {
+    f"aero.{coefficient}.stall": AirEffect(
+        coefficient=coefficient, factors=factors, typical=typical
+    )
+    for coefficient, factors, typical in (
+        ("CN", _ALPHA + "<property>stall/lost-lift</property>", -4.6),
+        ("CA", "<property>stall/separated</property>", 0.1),
+        ("Cm", "<property>stall/separated</property>", -0.15),
+    )
+}
+"""Effects of separated flow, which the plan of the benchmark does not reach."""
+_ON_COEFFICIENTS = {**AIR, **STALL}
+
 PROPULSION: Mapping[str, float] = {
     "propulsion.Cm.throttle": 0.01,
     "propulsion.Cn.asymmetry": 0.03,
@@ -156,8 +169,9 @@ def place_of(effect: str) -> str:
 
 
 def _with_size(effect: str) -> str:
-    sign = "<value>-1</value>" if AIR[effect].coefficient in ("CX", "CZ") else ""
-    return f"<product>{sign}<property>{place_of(effect)}</property>{AIR[effect].factors}</product>"
+    one = _ON_COEFFICIENTS[effect]
+    sign = "<value>-1</value>" if one.coefficient in ("CX", "CZ") else ""
+    return f"<product>{sign}<property>{place_of(effect)}</property>{one.factors}</product>"
 
 
 def _axis(coefficient: str, effects: Sequence[str]) -> str:
@@ -168,8 +182,8 @@ def _axis(coefficient: str, effects: Sequence[str]) -> str:
     ]
     same = {"CX": "CA", "CZ": "CN"}
     for effect in effects:
-        if effect in AIR:
-            target = AIR[effect].coefficient
+        if effect in _ON_COEFFICIENTS:
+            target = _ON_COEFFICIENTS[effect].coefficient
             if same.get(target, target) == coefficient:
                 terms.append(_with_size(effect))
     axis, factor = _AXES[coefficient]
@@ -225,6 +239,8 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
     geometry, mass = aircraft.geometry, aircraft.mass
     engines = "".join(_engine(aircraft, k) for k in range(len(aircraft.propulsion.position)))
     places = [f"known/{one}" for one in DERIVATIVES] + ["memory/q"]
+    if not STALL.keys().isdisjoint(effects):
+        places += ["stall/lost-lift", "stall/separated"]
     places += [place_of(one) for one in dict.fromkeys((*PROPULSION, *effects))]
     properties = "".join(f'<property value="0">{one}</property>' for one in places)
     axes = "".join(_axis(one, effects) for one in LINEAR)

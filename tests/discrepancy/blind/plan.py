@@ -154,6 +154,21 @@ PLAN: tuple[Planned, ...] = (
 )  # fmt: skip
 
 
+STALL_APPROACHES: tuple[Planned, ...] = tuple(
+    Planned(
+        id=str(number), flight=flight, kind="multistep", speed=speed, throttle=throttle,
+        moves=_moves(("de", "pull", size, width, 1.0)),
+    )
+    for number, flight, speed, throttle, size, width in (
+        (17, "A", 78, 0.35, -3.0, 4.0),
+        (18, "A", 82, 0.2, -3.4, 3.0),
+        (19, "B", 76, 0.3, -2.8, 5.0),
+        (20, "B", 80, 0.4, -3.1, 3.5),
+    )
+)  # fmt: skip
+"""Slow pulls into the stall and back, hands off the throttle."""
+
+
 def _pulses(times: FloatArray, start: float, widths: Sequence[float]) -> FloatArray:
     out = np.zeros_like(times)
     edge, sign = start, 1.0
@@ -190,6 +205,10 @@ def hands(planned: Planned, seed: int) -> Handled:
         start = move.start + late + float(random.uniform(-0.1, 0.1))
         if move.shape == "lever":
             changes[:, column] += size * np.clip((times - start) / LEVER_TIME, 0.0, 1.0)
+            continue
+        if move.shape == "pull":
+            ahead = (times - start) / move.width
+            changes[:, column] += size * np.clip(np.minimum(ahead, 2.2 - ahead), 0.0, 1.0)
             continue
         counts = (1.0, 1.0) if move.shape == "doublet" else (3.0, 2.0, 1.0, 1.0)
         widths = [move.width * one * float(random.uniform(0.9, 1.1)) for one in counts]
