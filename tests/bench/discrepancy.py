@@ -21,7 +21,14 @@ from itertools import pairwise
 import numpy as np
 
 from tests.discrepancy.blind.answering import fingerprint, kept
-from tests.discrepancy.blind.cases import Case, Series, all_cases, tenth, virtual_cases
+from tests.discrepancy.blind.cases import (
+    Case,
+    Series,
+    airframe_cases,
+    all_cases,
+    tenth,
+    virtual_cases,
+)
 from tests.discrepancy.blind.judging import Marks, Outcome, judge
 from tests.discrepancy.blind.sensitivity import cache_folder, with_sizes
 
@@ -100,6 +107,10 @@ def table(title: str, rows: Sequence[Row], key: Callable[[Row], str]) -> None:
 
 def print_hidden(rows: Sequence[Row]) -> None:
     """Print how effects were named: overall, by effect, size and air."""
+    given = [row for row in rows if row.case.airframe]
+    if given:
+        table("beside another aircraft's own kinks, sizes as given", given, lambda _: "all")
+        table("by effect", given, lambda row: row.case.kind)
     strong = [row for row in rows if row.case.sigma >= STRONG]
     if not strong:
         return
@@ -207,6 +218,7 @@ def main(*arguments: str) -> None:
     flown = {
         "truth flown by JSBSim: these rows decide": all_cases(series),
         "truth flown by the program's own equations": virtual_cases(series),
+        "aerodynamics of JSBSim's own aircraft, with kinks of their own": airframe_cases(series),
     }
     for title, cases in flown.items():
         taken = tenth(cases) if chosen.quick and len(cases) > FEW else cases

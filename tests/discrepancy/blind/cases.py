@@ -160,6 +160,7 @@ class Case(Recording):
     clock: str = ""  # ``air`` or ``surfaces``: the box whose clock is late.
     sigma: float = 0.0
     """Standard deviations that each effect is to show; 0 where sizes are as given."""
+    airframe: str = ""  # An aircraft of JSBSim whose aerodynamics are flown; empty: the B777's.
     by: Literal["jsbsim", "virtual"] = "jsbsim"
     """Who flies the truth. The virtual aircraft flies in still air only."""
 
@@ -304,6 +305,52 @@ def virtual_cases(series: Series = "report") -> tuple[Case, ...]:
             seed=2000 + k, verdicts=("model-adequate",), by="virtual",
         )  # fmt: skip
         found.append(clean)
+    return tuple(found)
+
+
+AIRFRAMES: Mapping[str, tuple[str, ...]] = {
+    "T37": (
+        "aero.CN.flap", "aero.CA.flap", "aero.CA.de2", "aero.CA.alpha2", "aero.CA.beta2",
+        "aero.CN.alpha2", "aero.Cm.alphadot", "aero.CN.alphadot", "aero.Cm.memory",
+        "aero.CN.memory", "aero.Cm.flap",
+    ),
+}  # fmt: skip
+"""JSBSim's own aircraft: effects of the catalog that its model has, beside kinks that have no name.
+
+Read off its file: drag by |beta| and |elevator|, lift and drag by the flap, damping by alpha'; its
+lift and drag are of wind axes, and bend axial and normal force over alpha."""
+_AIRFRAME_SIZES: tuple[tuple[str, float], ...] = (
+    ("aero.Cm.alpha2", -2.5),
+    ("aero.Cn.beta3", 2.5),
+    ("aero.Cl.alpha_beta", -1.5),
+    ("propulsion.Cm.throttle", 0.05),
+    ("control.elevator.backlash", 0.0175),
+    ("control.aileron.backlash", 0.0175),
+)
+
+
+def airframe_cases(series: Series = "report") -> tuple[Case, ...]:
+    """Return cases flown with other aircraft's aerodynamics, in still air: hidden and clean ones.
+
+    Sizes are as given: another aircraft shows other sigmas.
+    """
+    first = FIRST_PLAN[series]
+    found = []
+    for airframe, own in AIRFRAMES.items():
+        for plan in range(first, first + 2):
+            found.append(
+                Case(
+                    id=f"{airframe}-clean-{plan}", group="nothing", kind=f"{airframe} clean",
+                    plan=plan, seed=3000 + plan, verdicts=("effects-found", "unexplained"),
+                    accepted=(own,), airframe=airframe,
+                )
+            )  # fmt: skip
+            for effect, size in _AIRFRAME_SIZES:
+                case = hidden(
+                    effect, size, id=f"{airframe}-{effect}-{plan}", plan=plan, seed=3100 + plan,
+                    airframe=airframe,
+                )  # fmt: skip
+                found.append(case)
     return tuple(found)
 
 

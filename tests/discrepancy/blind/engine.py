@@ -119,13 +119,15 @@ class Engine:
     aircraft : Aircraft
     effects : sequence of str
         Ids of `AIR` and `PROPULSION` that are built in; their sizes are set by `set`.
+    airframe : str, optional
+        An aircraft that JSBSim ships, whose aerodynamics are flown.
     """
 
-    def __init__(self, aircraft: Aircraft, effects: Sequence[str] = ()) -> None:
+    def __init__(self, aircraft: Aircraft, effects: Sequence[str] = (), airframe: str = "") -> None:
         self.aircraft = aircraft
         jsbsim.FGJSBBase().debug_lvl = 0
         with tempfile.TemporaryDirectory() as name:
-            write_aircraft(Path(name), aircraft, effects)
+            write_aircraft(Path(name), aircraft, effects, airframe)
             self.fdm = jsbsim.FGFDMExec(name)
             self.fdm.set_debug_level(0)
             assert self.fdm.load_planet(str(Path(name) / "planet.xml"), False)

@@ -116,8 +116,8 @@ def shipped_aircraft() -> Aircraft:
 
 
 @functools.lru_cache(maxsize=32)
-def engine_for(effects: tuple[str, ...]) -> Engine:
-    return Engine(shipped_aircraft(), effects)
+def engine_for(effects: tuple[str, ...], airframe: str = "") -> Engine:
+    return Engine(shipped_aircraft(), effects, airframe)
 
 
 def true_derivatives(plan: int) -> dict[str, float]:
@@ -267,7 +267,7 @@ def fly_motion(
         Errors of measured deflections: these are flown too, in still air.
     """
     built = tuple(name for name in case.effects if name in (*AIR, *STALL, *PROPULSION))
-    engine = engine_for(built)
+    engine = engine_for(built, case.airframe)
     engine.set(truth_of(case), {name: case.effects[name] for name in built})
     if engine.stall:
         engine.stall = Stall.of_plan(case.plan)

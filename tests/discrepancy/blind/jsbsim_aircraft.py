@@ -1,5 +1,8 @@
 """The B777 as JSBSim reads it, with effects built into its functions that no model file holds.
 
+With an `airframe` the coefficients are not ours at all: a model of the B777's size and mass flies
+with the aerodynamics of another aircraft as JSBSim ships it, kinks and tables included.
+
 Nothing here is shared with the effects of `gsapp.dynamics`: each hidden effect is written once
 more, as XML for JSBSim. Sizes are properties ``hidden/<place>``, zero unless set; derivatives are
 ``known/<name>``. Axes and signs are those of the notes, section 3.
@@ -8,6 +11,8 @@ more, as XML for JSBSim. Sizes are properties ``hidden/<place>``, zero unless se
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import jsbsim
 
 from gsapp.aircraft import Aircraft
 
@@ -201,6 +206,43 @@ def _axis(coefficient: str, effects: Sequence[str]) -> str:
     return f'<axis name="{axis}">{function}{extra}</axis>'
 
 
+_DIRECTIONS = {
+    "CN": ("force", 1.0, (0, 0, -1)),
+    "CA": ("force", 1.0, (-1, 0, 0)),
+    "CY": ("force", 1.0, (0, 1, 0)),
+    "Cl": ("moment", "metrics/bw-ft", (1, 0, 0)),
+    "Cm": ("moment", "metrics/cbarw-ft", (0, 1, 0)),
+    "Cn": ("moment", "metrics/bw-ft", (0, 0, 1)),
+}
+
+
+def _applied(effect: str) -> str:
+    """Return an effect of the air as a force or moment beside another aircraft's aerodynamics."""
+    target = {"CX": "CA", "CZ": "CN"}.get(AIR[effect].coefficient, AIR[effect].coefficient)
+    kind, length, (x, y, z) = _DIRECTIONS[target]
+    arm = f"<property>{length}</property>" if isinstance(length, str) else ""
+    where = '<location unit="IN"><x>0</x><y>0</y><z>0</z></location>' if kind == "force" else ""
+    return f"""<{kind} name="{effect.replace(".", "-")}" frame="BODY">
+      <function><product><property>aero/qbar-psf</property><property>metrics/Sw-sqft</property>
+        {arm}{_with_size(effect)}</product></function>{where}
+      <direction><x>{x}</x><y>{y}</y><z>{z}</z></direction></{kind}>"""
+
+
+def _shipped_aerodynamics(airframe: str) -> str:
+    """Return the coefficients of an aircraft that JSBSim ships."""
+    root = Path(jsbsim.get_default_root_dir()) / "aircraft" / airframe / f"{airframe}.xml"
+    text = root.read_text("utf-8")
+    return text[text.index("<aerodynamics>") : text.index("</aerodynamics>")].partition(">")[2]
+
+
+_FLAP_FOLLOWS = f"""<flight_control name="none"><channel name="flap">
+  <fcs_function name="flap"><function><product>
+    <property>fcs/flap-pos-rad</property><value>{1.0 / 0.698!r}</value></product></function>
+    <output>fcs/flap-pos-norm</output></fcs_function>
+</channel></flight_control>"""
+"""Flap position of shipped aircraft: 1 at 40 deg."""
+
+
 def structural(position: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = position
     return -x / INCH, y / INCH, -z / INCH
@@ -234,7 +276,7 @@ def _engine(aircraft: Aircraft, number: int) -> str:
     </force>"""
 
 
-def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
+def aircraft_xml(aircraft: Aircraft, effects: Sequence[str], airframe: str = "") -> str:
     """Return JSBSim's description of an aircraft with these effects (of `AIR`, `PROPULSION`)."""
     geometry, mass = aircraft.geometry, aircraft.mass
     engines = "".join(_engine(aircraft, k) for k in range(len(aircraft.propulsion.position)))
@@ -243,7 +285,12 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
         places += ["stall/lost-lift", "stall/separated"]
     places += [place_of(one) for one in dict.fromkeys((*PROPULSION, *effects))]
     properties = "".join(f'<property value="0">{one}</property>' for one in places)
-    axes = "".join(_axis(one, effects) for one in LINEAR)
+    axes = (
+        _shipped_aerodynamics(airframe)
+        if airframe
+        else "".join(_axis(one, effects) for one in LINEAR)
+    )
+    applied = "".join(_applied(one) for one in effects if airframe and one in AIR)
     dry = mass.mass - mass.fuel
     return f"""<?xml version="1.0"?>
 <fdm_config name="hidden" version="2.0" release="BETA">
@@ -265,11 +312,11 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str]) -> str:
   </mass_balance>
   <ground_reactions/>
   <propulsion/>
-  <flight_control name="none"/>
+  {_FLAP_FOLLOWS if airframe else '<flight_control name="none"/>'}
   <external_reactions>
     <property value="0">engines/throttle</property>
     {properties}
-    {engines}
+    {engines}{applied}
   </external_reactions>
   <aerodynamics>
     <function name="engines/thrust-lbs">{_thrust(aircraft)}</function>
@@ -292,7 +339,10 @@ def planet_xml() -> str:
 """
 
 
-def write_aircraft(folder: Path, aircraft: Aircraft, effects: Sequence[str]) -> None:
+def write_aircraft(
+    folder: Path, aircraft: Aircraft, effects: Sequence[str], airframe: str = ""
+) -> None:
     (folder / "hidden").mkdir(exist_ok=True)
-    (folder / "hidden" / "hidden.xml").write_text(aircraft_xml(aircraft, effects), "utf-8")
+    text = aircraft_xml(aircraft, effects, airframe)
+    (folder / "hidden" / "hidden.xml").write_text(text, "utf-8")
     (folder / "planet.xml").write_text(planet_xml(), "utf-8")

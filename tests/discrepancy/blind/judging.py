@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from gsapp.discrepancy.effect_catalog import all_effects
-from tests.discrepancy.blind.cases import WHOLE, Case
+from tests.discrepancy.blind.cases import AIRFRAMES, WHOLE, Case
 from tests.discrepancy.blind.sensitivity import distances, showing
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def outcome_of(
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
     for one in answer.effects:
-        if one.one_of:
+        if one.one_of or not one.named:
             continue
         size, std = next(iter(one.parameters.values()), (None, None))
         named.append(
@@ -124,10 +124,11 @@ def is_named(effect: str) -> bool:
 def judge(case: Case, outcome: Outcome) -> Marks:
     """Return the marks for the answer to a case (with its sizes filled in)."""
     right = {name for group in case.accepted for name in group}
-    names = [one.effect for one in outcome.named]
+    own = {*AIRFRAMES.get(case.airframe, ())} - right
+    names = [one.effect for one in outcome.named if one.effect not in own]
     wrong = [name for name in names if is_named(name) and name not in right]
     confidences = tuple(
-        (one.confidence, one.effect in right) for one in outcome.named if is_named(one.effect)
+        (one.confidence, one.effect in right | own) for one in outcome.named if is_named(one.effect)
     )
     listed = {name for group in outcome.open for name in group}
     common = {
@@ -136,7 +137,7 @@ def judge(case: Case, outcome: Outcome) -> Marks:
         "verdict": outcome.verdict in case.verdicts,
     }
     if case.group == "nothing":
-        allowed = right if case.clock else set()
+        allowed = right if case.clock or case.airframe else set()
         return Marks(**{**common, "false_name": any(n not in allowed for n in wrong)})  # type: ignore[arg-type]
     if case.group == "outside":
         return Marks(**common, abstained=not any(is_named(one) for one in names))  # type: ignore[arg-type]
@@ -150,7 +151,11 @@ def judge(case: Case, outcome: Outcome) -> Marks:
         one or listed & set(group) for one, group in zip(found, case.accepted, strict=True)
     )
     unnamed = [effect for effect, one in zip(case.effects, found, strict=True) if not one]
-    alike = [min(distances(case, one).values(), default=APART) < APART for one in unnamed]
+    alike = [
+        min(distances(case, one).values(), default=APART) < APART
+        for one in unnamed
+        if not case.airframe
+    ]
     size_error, covered = _size(case, outcome)
     return Marks(
         **common,  # type: ignore[arg-type]
@@ -177,7 +182,9 @@ def _size(case: Case, outcome: Outcome) -> tuple[float | None, bool | None]:
 
 
 def _coefficient(case: Case, outcome: Outcome) -> bool | None:
-    if case.group != "hidden" or not (outcome.coefficient or outcome.channel):
+    # Another aircraft's own kinks are larger than what is hidden.
+    seen = outcome.coefficient or outcome.channel
+    if case.group != "hidden" or case.airframe or not seen:
         return None
     group, target, *_ = next(iter(case.effects)).split(".")
     if group == "sensor":
@@ -189,7 +196,7 @@ def _coefficient(case: Case, outcome: Outcome) -> bool | None:
 
 
 def _maneuver(case: Case, outcome: Outcome) -> bool | None:
-    if case.group != "hidden" or not outcome.maneuver:
+    if case.group != "hidden" or case.airframe or not outcome.maneuver:
         return None
     where = showing(case.plan, case.recording).where[next(iter(case.effects))]
     share = where.get(outcome.maneuver.rpartition(":")[2], 0.0)
