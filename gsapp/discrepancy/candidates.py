@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.signal import lfilter
@@ -19,8 +18,9 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.effect_catalog import EffectRecord
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.actuators import simulate_control_path
-from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS, LONGITUDINAL_COEFFICIENTS
+from gsapp.dynamics.buildup import LONGITUDINAL_COEFFICIENTS
 from gsapp.dynamics.effect_terms import STALL_SHAPE, StallTerm
+from gsapp.dynamics.effects.unnamed_terms import PREFIX, unnamed_ids
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import Vector, alpha_vane, beta_vane, velocity_at
@@ -34,7 +34,6 @@ from gsapp.dynamics.signal_terms import (
     Saturation,
     ScaleFactor,
     SignalTerm,
-    apply_lag,
     channels_of_target,
 )
 from gsapp.dynamics.terms import BOOM_INSTRUMENTS, COEFFICIENTS, Term, create_term
@@ -62,6 +61,14 @@ _LOADS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """An effect at one size: its column is the whole of what it changes."""
+
+    value: float  # Of its parameter.
+    build_column: ColumnBuilder
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CandidateEffect:
     """One competitor for the place of the missing effect."""
 
@@ -84,9 +91,9 @@ class CandidateEffect:
     proven: bool = False
     """Whether regression of measured coefficients prefers it, so that it is fitted fully whatever
     its column gains: a model that lacks it may stand too far from the record for columns."""
-    initial_value: Callable[[Sequence[Linearization]], float] | None = None
-    """Where a size cannot be had from the column (end stops): takes the linearizations of all
-    maneuvers, returns the parameter to start from."""
+    trials: tuple[Trial, ...] = ()
+    """Of an effect that is not linear in its size, in place of its column: that at several sizes,
+    of which the best counts."""
 
     @property
     def shape_cost(self) -> float:
@@ -98,13 +105,15 @@ def catalog_candidates(
     records: Sequence[EffectRecord],
     aircraft: Aircraft,
     still: Collection[str] = (),
+    flown: Sequence[Linearization] = (),
     *,
     stall: StallScreening | None = None,
 ) -> tuple[CandidateEffect, ...]:
     """Return the competitors for effects of the catalog that can be made a column.
 
-    `still`: ids of those whose input did not move.
-    `stall`: without the shape of one none competes.
+    `still`: ids of those whose input did not move. `flown`: the maneuvers, whose inputs tell at
+    which sizes end stops and rate limits are tried. `stall`: without the shape of one none
+    competes.
     """
     found = []
     for record in records:
@@ -112,6 +121,7 @@ def catalog_candidates(
         own = stall.shape if stall and isinstance(term, StallTerm) else {}
         maker = _column_builder(term, aircraft, own)
         free = [item for item in term.parameters if item.free]
+        trials = _control_trials(term, flown)
         if maker is None or not free or (isinstance(term, StallTerm) and not own):
             continue
         item = free[0]
@@ -130,7 +140,7 @@ def catalog_candidates(
                 shape=own,
                 fitted=() if stall and stall.is_known else tuple(own),
                 proven=bool(stall and record.id in stall.proven[:1]),
-                initial_value=_initial_value(term),
+                trials=trials,
             )
         )
     return tuple(found)
@@ -241,43 +251,48 @@ def _control_column_builder(term: Term) -> ColumnBuilder | None:
 
     def make(found: Linearization) -> SensitivityColumn | None:
         signal = found.inputs[MODEL_INPUTS.index(channel)]
-        dt = found.record.dt
         if isinstance(term, Lag | Delay):
-            change = -np.gradient(signal, dt)
+            change = -np.gradient(signal, found.record.dt)
         elif isinstance(term, ScaleFactor):
             change = signal
         else:
-            size = trial_size(term, signal, dt)
-            change = simulate_control_path(((term, (size,)),), signal, dt).values - signal
-            if isinstance(term, Backlash):
-                change = change / size
-        if not np.any(change):
             return None
         return (SensitivityEntry(target=channel, history=change),)
 
     return make
 
 
-def _initial_value(term: Term) -> Callable[[Sequence[Linearization]], float] | None:
-    if not isinstance(term, Saturation | RateLimit) or not term.target.startswith("control."):
-        return None
-    channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
+def _control_trials(term: Term, flown: Sequence[Linearization]) -> tuple[Trial, ...]:
+    """Return the sizes at which play, end stops and rate limits are tried."""
+    group, _, name = term.target.partition(".")
+    is_tried = group == "control" and isinstance(term, Backlash | Saturation | RateLimit)
+    if not is_tried or not flown:
+        return ()
+    channel = SURFACE_CHANNELS[name]
+    row = MODEL_INPUTS.index(channel)
+    if isinstance(term, Backlash):
+        values = SEARCH.trial_backlashes
+    elif isinstance(term, Saturation):
+        most = max(float(np.abs(one.inputs[row]).max()) for one in flown)
+        values = tuple(share * most for share in SEARCH.trial_limit_shares)
+    else:
+        most = max(
+            float(np.abs(np.gradient(one.inputs[row], one.record.dt)).max()) for one in flown
+        )
+        values = tuple(share * most for share in SEARCH.trial_limit_shares)
 
-    def start(found: Sequence[Linearization]) -> float:
-        row = MODEL_INPUTS.index(channel)
-        return max(trial_size(term, one.inputs[row], one.record.dt) for one in found)
+    def trial(value: float) -> Trial:
+        assert isinstance(term, SignalTerm)  # noqa: S101  every control effect is one
 
-    return start
+        def make(found: Linearization) -> SensitivityColumn | None:
+            signal = found.inputs[row]
+            moved = simulate_control_path(((term, (value,)),), signal, found.record.dt)
+            change = moved.values - signal
+            return (SensitivityEntry(target=channel, history=change),) if np.any(change) else None
 
+        return Trial(value=value, build_column=make)
 
-def trial_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
-    """Return the size at which an effect that is not linear in it is tried."""
-    if isinstance(term, Saturation):
-        # The column is then the whole effect: its size is 1.
-        return 0.85 * float(np.abs(signal).max())
-    if isinstance(term, RateLimit):
-        return 0.7 * float(np.abs(np.gradient(signal, dt)).max())
-    return SEARCH.trial_backlash
+    return tuple(trial(value) for value in values)
 
 
 def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
@@ -348,42 +363,35 @@ def _position_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | 
 
 
 _FLOW = ("V", "alpha", "beta", "p", "q", "r")
-_LONGITUDINAL = ("alpha", "q_hat", "de", "v")
-_LATERAL = ("beta", "p_hat", "r_hat", "da", "dr")
-_CUBIC_TERMS = (
-    ("alpha",) * 3,
-    ("alpha", "alpha", "q_hat"),
-    ("alpha", "alpha", "de"),
-    ("alpha", "de", "de"),
-    ("de", "de", "de"),
-    ("alpha", "beta", "beta"),
-    ("alpha", "q_hat", "de"),
-)
 VIBRATING_CHANNELS = ("ax", "ay", "an")
 """Instruments that the structure shakes."""
+_NO_NAME = "no catalog effect does that"
 
 
 def unnamed_candidates(
-    named: Sequence[CandidateEffect], *, throttle: bool, flap: bool
+    named: Sequence[CandidateEffect], aircraft: Aircraft, *, throttle: bool, flap: bool
 ) -> tuple[CandidateEffect, ...]:
     """Return products of states and inputs, and lags, that no effect of the catalog explains."""
     taken = {_sorted_name(one.id.partition(".")[2]) for one in named}
     found = []
-    for target in COEFFICIENTS:
-        lateral = target in LATERAL_COEFFICIENTS
-        for factors in _products(lateral, throttle=throttle, flap=flap):
-            name = _product_name(factors)
-            if _sorted_name(f"{target}.{name}") not in taken:
-                found.append(_product_candidate(target, name, factors))
-        found += [
-            _lag_candidate(target, variable, has_present=True)
-            for variable in (("beta", "da", "dr") if lateral else ("alpha", "de"))
-            if f"{target}.memory" not in taken or variable != "alpha"
-        ]
-        found += [
-            _lag_candidate(target, variable, has_present=False)
-            for variable in (("alpha", "q_hat", "de") if lateral else _LATERAL)
-        ]
+    for effect in unnamed_ids(throttle=throttle, flap=flap):
+        name = effect.removeprefix(PREFIX)
+        target, _, structure = name.partition(".")
+        # The lag of the catalog's memory effect is that of alpha.
+        is_memory = structure == "late_alpha" and f"{target}.memory" in taken
+        if _sorted_name(name) not in taken and not is_memory:
+            term = create_term(effect, aircraft)
+            found.append(
+                CandidateEffect(
+                    id=effect,
+                    title=f"{term.title}; {_NO_NAME}",
+                    named=False,
+                    parameter=term.parameters[0].name,
+                    plausible_size=1.0,
+                    neutral=0.0,
+                    build_column=_equation_column_builder(term, aircraft, {}),
+                )
+            )
     found += [
         _structural_mode_candidate(channel, mode)
         for channel in VIBRATING_CHANNELS
@@ -392,83 +400,10 @@ def unnamed_candidates(
     return tuple(found)
 
 
-def _products(lateral: bool, *, throttle: bool, flap: bool) -> list[tuple[str, ...]]:
-    more = (*(("throttle",) if throttle else ()), *(("flap",) if flap else ()))
-    out: list[tuple[str, ...]] = []
-    if lateral:
-        out += [(one, other) for one in _LATERAL for other in (*_LONGITUDINAL, *more)]
-        out += [(one,) * 3 for one in _LATERAL]
-        out += [("alpha", "alpha", one) for one in _LATERAL]
-        out += [("beta", "beta", one) for one in _LATERAL[1:]]
-        out += [("|beta|", one) for one in _LATERAL]
-        out += [(f"|{one}|", one) for one in _LATERAL[1:]]
-        return out
-    out += list(combinations_with_replacement(_LONGITUDINAL, 2))
-    out += list(combinations_with_replacement(_LATERAL, 2))
-    out += [("|beta|",), ("|q_hat|", "q_hat"), ("|de|", "de"), *_CUBIC_TERMS]
-    out += [(one, other) for one in more for other in _LONGITUDINAL]
-    return out
-
-
 def _sorted_name(name: str) -> str:
     """Return a name by which products compare whatever the order of their factors."""
     target, _, factors = name.partition(".")
     return f"{target}.{'_'.join(sorted(factors.split('_')))}"
-
-
-def _product_name(factors: tuple[str, ...]) -> str:
-    words = []
-    for factor in dict.fromkeys(factors):
-        power = factors.count(factor)
-        size = factor.strip("|").removesuffix("_hat").replace("v", "V")
-        plain = f"abs{size}" if factor.startswith("|") else size
-        words.append(plain if power == 1 else f"{plain}{power}")
-    return "_".join(words)
-
-
-def _read(found: Linearization, factor: str) -> FloatArray:
-    if factor == "v":
-        V = found.variables["V"]
-        return V / 28.956 - 1.0
-    if factor.startswith("|"):
-        return np.abs(found.variables[factor.strip("|")])
-    return found.variables[factor]
-
-
-def _unnamed_candidate(place: str, words: str, make: ColumnBuilder) -> CandidateEffect:
-    """Return the competitor for what the catalog does not hold."""
-    return CandidateEffect(
-        id=f"unnamed.{place}",
-        title=f"{words}; no catalog effect does that",
-        named=False,
-        parameter="",
-        plausible_size=1.0,
-        neutral=0.0,
-        build_column=make,
-    )
-
-
-def _product_candidate(target: str, name: str, factors: tuple[str, ...]) -> CandidateEffect:
-    def make(found: Linearization) -> SensitivityColumn:
-        history = np.ones(len(found.record))
-        for factor in factors:
-            history = history * _read(found, factor)
-        return (SensitivityEntry(target=target, history=history),)
-
-    words = " * ".join(factor.replace("_hat", "") for factor in factors)
-    return _unnamed_candidate(f"{target}.{name}", f"{target} needs {words}", make)
-
-
-def _lag_candidate(target: str, variable: str, *, has_present: bool) -> CandidateEffect:
-    """Return what follows a variable late, by what it has of the variable as it is."""
-
-    def make(found: Linearization) -> SensitivityColumn:
-        signal = found.variables[variable]
-        late = apply_lag(signal, SEARCH.trial_time_constant, found.record.dt)
-        return (SensitivityEntry(target=target, history=signal - late if has_present else late),)
-
-    name = variable.removesuffix("_hat")
-    return _unnamed_candidate(f"{target}.late_{name}", f"{target} follows {name} late", make)
 
 
 def _structural_mode_candidate(channel: str, frequency: float) -> CandidateEffect:
@@ -479,8 +414,15 @@ def _structural_mode_candidate(channel: str, frequency: float) -> CandidateEffec
         history = _mode_response(felt - felt[0], frequency, found.record.dt)
         return (SensitivityEntry(target=f"channel.{channel}", history=history),)
 
-    words = f"{channel} rings at about {frequency:g} Hz, like a flexible structure"
-    return _unnamed_candidate(f"{channel}.mode{frequency:g}", words, make)
+    return CandidateEffect(
+        id=f"{PREFIX}{channel}.mode{frequency:g}",
+        title=f"{channel} rings at about {frequency:g} Hz, like a flexible structure; {_NO_NAME}",
+        named=False,
+        parameter="",
+        plausible_size=1.0,
+        neutral=0.0,
+        build_column=make,
+    )
 
 
 def _mode_response(signal: FloatArray, frequency: float, dt: float) -> FloatArray:

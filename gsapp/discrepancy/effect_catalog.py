@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any, Literal
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.signal_terms import SURFACE_CHANNELS
 from gsapp.dynamics.terms import EffectGuidance, Parameter, create_term, effect_guidance, effect_ids
 from gsapp.foundation import UnknownNameError
@@ -90,8 +91,11 @@ def all_effects() -> tuple[EffectRecord, ...]:
 def find_effect(effect_id: str) -> EffectRecord:
     """Return the record of one effect.
 
-    Raise UnknownNameError if the catalog has no such effect; the nearest are named.
+    Raise UnknownNameError if the catalog has no such effect; the nearest are named. Structure
+    without a name (``unnamed.CA.absbeta``) has a record, too.
     """
+    if is_unnamed(effect_id):
+        return _create_record(effect_id, load_aircraft("b777"), _UNNAMED)
     table = _table()
     if effect_id not in table:
         hint = did_you_mean(effect_id, table, "gsapp discrepancy --list lists all")
@@ -104,13 +108,24 @@ def _table() -> dict[str, EffectRecord]:
     return {one.id: one for one in all_effects()}
 
 
-def _create_record(effect_id: str, aircraft: Aircraft) -> EffectRecord:
-    term, guidance = create_term(effect_id, aircraft), effect_guidance(effect_id)
+_UNNAMED = EffectGuidance(
+    mistaken_for=(),
+    separated_by="the same maneuvers, larger and at other angles and speeds: how the structure "
+    "grows with them shows what it is",
+    source="found in a record; no effect of the catalog is like it",
+)
+
+
+def _create_record(
+    effect_id: str, aircraft: Aircraft, guidance: EffectGuidance | None = None
+) -> EffectRecord:
+    term = create_term(effect_id, aircraft)
+    guidance = guidance or effect_guidance(effect_id)
     return EffectRecord(
         id=effect_id,
         title=term.title,
         equation=term.equation,
-        entry=_ENTRIES[effect_id.partition(".")[0]],
+        entry=_ENTRIES.get(effect_id.partition(".")[0], "coefficient"),
         target=term.target,
         parameters=term.parameters,
         **{one.name: getattr(guidance, one.name) for one in fields(EffectGuidance)},

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -66,33 +66,63 @@ class CandidateScreening:
 def candidate_columns(
     competitors: Sequence[CandidateEffect], found: Linearization
 ) -> list[SensitivityColumn]:
-    """Return the columns of competitors in one maneuver; empty where one cannot act."""
-    return [one.build_column(found) or () for one in competitors]
+    """Return the columns of competitors in one maneuver; empty where one cannot act.
+
+    Of those tried at several sizes one column for each.
+    """
+    return [
+        source.build_column(found) or () for one in competitors for source in (one.trials or (one,))
+    ]
 
 
 def screen_candidates(
-    fit: FilterErrorFit, competitors: Sequence[CandidateEffect]
+    fit: FilterErrorFit,
+    competitors: Sequence[CandidateEffect],
+    nuisance: Sequence[CandidateEffect] = (),
 ) -> CandidateScreening:
-    """Return what single candidates would gain; the fit must have made a pass."""
-    names = tuple(one.id for one in competitors)
-    columns = (names, lambda linearization: candidate_columns(competitors, linearization))
+    """Return what single candidates would gain; the fit must have made a pass.
+
+    `nuisance` does not compete: candidates gain what it cannot explain.
+    """
+    owners = [one for one in (*competitors, *nuisance) for _ in (one.trials or (one,))]
+    names = tuple(f"{one.id}@{number}" for number, one in enumerate(owners))
+    everything = (*competitors, *nuisance)
+    columns = (names, lambda linearization: candidate_columns(everything, linearization))
     parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
     whole = fit.sum_information(parts.values(), names).with_priors(fit.priors())
-    left = whole.projected((*fit.free, *fit.bias_names()))
-    order = left.indices(names)
+    own = names[: sum(len(one.trials) or 1 for one in competitors)]
+    left = whole.projected((*fit.free, *fit.bias_names(), *names[len(own) :]))
+    owners = owners[: len(own)]
+    order = left.indices(own)
     gain, size, std = (one[order] for one in left.gains(whole))
-    allowed = np.array(
-        [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
-    )
-    costs = np.array([one.shape_cost for one in competitors])
+    tried = [trial for one in competitors for trial in (one.trials or (None,))]
+    for place, (one, trial) in enumerate(zip(owners, tried, strict=True)):
+        low, high = (one.low, one.high) if trial is None else SEARCH.trial_share_range
+        is_allowed = low <= size[place] <= high
+        gain[place] = max(gain[place] - one.shape_cost, 0.0) if is_allowed else 0.0
+        if trial is not None:
+            # The column is the whole effect; the sizes tried are near enough to start from.
+            size[place] = trial.value - one.neutral
+            std[place] *= abs(size[place])
+    best: dict[str, int] = {}
+    for place, one in enumerate(owners):
+        if one.id not in best or gain[place] > gain[best[one.id]]:
+            best[one.id] = place
+    chosen = {names[best[one.id]]: one.id for one in competitors}
+    kept = [best[one.id] for one in competitors]
     return CandidateScreening(
-        candidates=tuple(competitors),
-        full_information=whole,
-        projected_information=left,
-        maneuver_information=parts,
-        gain=np.where(allowed, np.maximum(gain - costs, 0.0), 0.0),
-        size=size,
-        std=std,
+        candidates=tuple(
+            one
+            if (trial := tried[place]) is None
+            else replace(one, build_column=trial.build_column, trials=())
+            for one, place in zip(competitors, kept, strict=True)
+        ),
+        full_information=whole.renamed(names, chosen),
+        projected_information=left.renamed(names, chosen),
+        maneuver_information={id_: one.renamed(names, chosen) for id_, one in parts.items()},
+        gain=gain[kept],
+        size=size[kept],
+        std=std[kept],
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -160,6 +161,13 @@ class HeldOutManeuvers:
         own = [one for one in records if one.id in self.ids]
         self._kept = [_refit_motion(own, fit, noise) for fit in fits]
         self._information = [one.linearize_and_sum() for one in self._kept]
+        self._records = tuple(records)
+        self.noise = noise
+        self._floors: dict[tuple[str, str], float] = {}
+
+    @cached_property
+    def simulated(self) -> tuple[_Simulated, ...]:
+        """All maneuvers under all models, in still air."""
         still = {
             flight: replace(
                 one,
@@ -169,18 +177,16 @@ class HeldOutManeuvers:
                 moment_intensity=SEARCH.still_air_intensity,
                 control_intensities=_NO_CONTROL_NOISE,
             )
-            for flight, one in noise.items()
+            for flight, one in self.noise.items()
         }
-        flown = [_refit_motion(records, fit, still) for fit in fits]
-        self.simulated = tuple(
+        flown = [_refit_motion(self._records, fit, still) for fit in self.fits]
+        return tuple(
             _Simulated(
                 record=record,
                 computed=tuple(_computed(fit, fit.maneuvers[place]) for fit in flown),
             )
-            for place, record in enumerate(records)
+            for place, record in enumerate(self._records)
         )
-        self.noise = noise
-        self._floors: dict[tuple[str, str], float] = {}
 
     def noise_floor(self, record: ManeuverRecord, name: str) -> float:
         """Return the noise of a channel, standard deviation of a sample.

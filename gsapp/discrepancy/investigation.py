@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.candidates import (
     CandidateEffect,
     catalog_candidates,
+    coefficient_of,
     screen_stall,
     unnamed_candidates,
 )
@@ -38,10 +40,11 @@ from gsapp.discrepancy.search_checks import (
 )
 from gsapp.discrepancy.search_stages import (
     SearchStage,
+    best_unnamed,
     equivalent_effects_of,
+    find_wrong_effects,
     fit_baseline,
     fit_from_record,
-    remove_misnamed_effects,
 )
 from gsapp.discrepancy.settings import (
     SEARCH,
@@ -50,6 +53,7 @@ from gsapp.discrepancy.settings import (
     SearchProgressCallback,
     SearchStoppedError,
 )
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError
@@ -137,6 +141,7 @@ class _Search:
         self._of, self._settings, self._progress = of, settings, progress
         self._done = 0.0
         self._failed: set[str] = set()
+        self._closed: set[str] = set()
         self._trials: dict[str, FilterErrorFit] = {}
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -175,11 +180,20 @@ class _Search:
         ]
         stall = None
         if any(one.beyond_linear_alpha for one in records):
-            flown = [one.record.maneuver for one in fit.maneuvers]
-            stall = screen_stall(fit.model, flown, of.aircraft)
-        named = catalog_candidates(records, of.aircraft, still, stall=stall)
-        unnamed = unnamed_candidates(named, throttle="throttle" in moving, flap="flap" in moving)
-        return (*named, *(one for one in unnamed if one.id not in self._settings.refused))
+            maneuvers = [one.record.maneuver for one in fit.maneuvers]
+            stall = screen_stall(fit.model, maneuvers, of.aircraft)
+        flown = [one.filter.linearization for one in fit.maneuvers if one.filter]
+        named = catalog_candidates(records, of.aircraft, still, flown, stall=stall)
+        unnamed = unnamed_candidates(
+            named, of.aircraft, throttle="throttle" in moving, flap="flap" in moving
+        )
+        left_out = {*present, *self._failed, *self._settings.refused}
+        return (*named, *(one for one in unnamed if one.id not in left_out))
+
+    def _is_closed(self, one: CandidateEffect) -> bool:
+        """Return whether a candidate is for a coefficient that lacks what has no shape."""
+        group, target, *_ = one.id.split(".")
+        return group in ("aero", "unnamed") and coefficient_of(target) in self._closed
 
     # --- the loop -------------------------------------------------------------------------------
 
@@ -196,26 +210,71 @@ class _Search:
                 (one for one in stages[-1].screening.candidates if one.id == effect), None
             )
             stages.append(self._with(stages[-1], effect, competitor, forced=True))
-        while len(stages) <= self._settings.most_effects + len(self._settings.forced):
+        first = len(stages)
+        while one := self._next_effect(stages[first:], stages[-1]):
             last = stages[-1]
-            among = equivalent_effects_of(last)
-            if last.decision.best is None or not (last.decision.kind == "name" or among):
-                break
             try:
-                new = self._with(last, last.decision.best.id, last.decision.best)
-                stages.append(replace(new, equivalent_effects=among))
+                fit = self._fit_with(last, one.id, one)
             except FlightError:
                 # A fit that runs away is no explanation; the others go on competing.
-                self._failed.add(last.decision.best.id)
-                stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
-        return remove_misnamed_effects(stages, len(self._settings.forced))
+                self._failed.add(one.id)
+                stages[-1] = self._again(last)
+                continue
+            if not one.named and not self._is_borne_out(last.fit, fit):
+                # What this coefficient lacks has no shape that holds on other maneuvers: names
+                # take what it cannot explain whatever its shape.
+                self._closed.add(one.id.split(".")[1])
+                stages[-1] = self._again(last)
+                continue
+            added = fit.model.effects[-1].id
+            if not one.named:
+                self._close_crowded((*stages[first:], replace(last, added=added)))
+            new = self._stage(fit, added=added)
+            among = equivalent_effects_of(last) if one.named else ()
+            stages.append(replace(new, equivalent_effects=among))
+            last.fit.forget_filters()
+            kept, wrong = find_wrong_effects(stages, first)
+            if wrong:
+                self._failed |= wrong
+                stages = [*stages[: kept - 1], self._again(stages[kept - 1])]
+        return stages
+
+    def _next_effect(
+        self, found: Sequence[SearchStage], last: SearchStage
+    ) -> CandidateEffect | None:
+        """Return what to add next: what was named, or the structure for which there is no name."""
+        names = sum(not is_unnamed(one.added) for one in found)
+        if last.decision.kind == "unexplained":
+            return best_unnamed(last)
+        is_clear = last.decision.kind == "name" or equivalent_effects_of(last)
+        return last.decision.best if is_clear and names < self._settings.most_effects else None
+
+    def _close_crowded(self, found: Sequence[SearchStage]) -> None:
+        """Close the coefficients that have taken many terms without a name."""
+        counts = Counter(one.added.split(".")[1] for one in found if is_unnamed(one.added))
+        self._closed |= {
+            target for target, count in counts.items() if count >= SEARCH.max_unnamed_terms
+        }
+
+    def _is_borne_out(self, before: FilterErrorFit, after: FilterErrorFit) -> bool:
+        """Return whether maneuvers held out speak for what a fit has and the one before has not."""
+        held = HeldOutManeuvers(self._of.records, self._held_out, (before, after))
+        return held.gain(0, 1) > 0.0
+
+    def _again(self, stage: SearchStage) -> SearchStage:
+        """Return a stage with the competition of what is left to compete."""
+        new = self._stage(stage.fit, added=stage.added, forced=stage.forced)
+        return replace(new, proven=stage.proven, equivalent_effects=stage.equivalent_effects)
 
     def _proven(self, baseline: SearchStage) -> list[SearchStage]:
         """Return stages with turned and swapped instruments that kinematics alone prove.
 
         No model explains flights that were recorded so; named later, others would come first.
         """
-        if baseline.screening.misfit < SEARCH.sign_check_misfit:
+        screening = baseline.screening
+        leading = screening.ranking[: SEARCH.sign_check_ranks]
+        suspected = any(screening.candidates[k].id.startswith("sensor.") for k in leading)
+        if screening.misfit < SEARCH.sign_check_misfit or not suspected:
             return []
         stages = [baseline]
         for remark in self._of.instruments(self._tick, try_signs=True):
@@ -226,16 +285,25 @@ class _Search:
         return stages[1:]
 
     def _stage(self, fit: FilterErrorFit, *, added: str, forced: bool = False) -> SearchStage:
-        competitors = self._competitors(fit)
+        if not fit.is_linearized:
+            fit.linearize()
+        everything = self._competitors(fit)
+        closed = [one for one in everything if self._is_closed(one)]
+        competitors = [one for one in everything if one not in closed]
         self._tick("trying every effect of the catalog")
-        screening = screen_candidates(fit, competitors)
+        screening = screen_candidates(fit, competitors, closed)
         least = detection_threshold(self._settings.false_alarm, competitors)
         temper = screening.gain_factor
         decision = select_effect(screening, screening.gain, least=least, temper=temper)
         if decision.kind in ("name", "ambiguous", "unexplained"):
             decision = self._contest(fit, screening, decision, least, temper)
         return SearchStage(
-            fit=fit, added=added, screening=screening, decision=decision, forced=forced
+            fit=fit,
+            added=added,
+            information=fit.information().with_priors(fit.priors()),
+            screening=screening,
+            decision=decision,
+            forced=forced,
         )
 
     def _contest(
@@ -292,11 +360,7 @@ class _Search:
         values = {**term.defaults, **one.shape}
         if one.parameter:
             item = next(item for item in term.parameters if item.name == one.parameter)
-            if one.initial_value is not None:
-                start = one.initial_value(
-                    [each.filter.linearization for each in fit.maneuvers if each.filter]
-                )
-            elif screening is not None:
+            if screening is not None:
                 start = one.neutral + float(screening.size[screening.index(one.id)])
             else:
                 start = item.default
@@ -313,9 +377,10 @@ class _Search:
                 shape = tuple(f"{one.id}.{name}" for name in one.fitted)
                 return fit_from_record(records, model, free, self._tick, doing, shape)
             new = fit.with_model(model, free)
+            passes = SEARCH.effect_passes if one.named else SEARCH.unnamed_passes
             fit_to_convergence(
                 new,
-                SEARCH.effect_passes if screening else SEARCH.max_passes_far_start,
+                passes if screening else SEARCH.max_passes_far_start,
                 self._tick,
                 doing,
                 fresh=True,
@@ -332,6 +397,21 @@ class _Search:
         *,
         forced: bool = False,
     ) -> SearchStage:
+        fit = self._fit_with(last, effect, competitor, forced=forced)
+        return self._stage(fit, added=fit.model.effects[-1].id, forced=forced)
+
+    def _fit_with(
+        self,
+        last: SearchStage,
+        effect: str,
+        competitor: CandidateEffect | None,
+        *,
+        forced: bool = False,
+    ) -> FilterErrorFit:
+        """Return the fit of a stage with an effect added, of its screening if it competes.
+
+        Raise FlightError if it runs away, or bears out little of what its column promised.
+        """
         one = competitor or _to_candidate(effect, self._of.aircraft)
         fit = self._trials.pop(effect, None) or self._fitted_with(
             last.fit,
@@ -347,9 +427,9 @@ class _Search:
             and one.id.endswith(".scale")
             and abs(fit.values[f"{one.id}.scale"] + 1.0) < SEARCH.reversal_tolerance
         ):
-            effect = one.id.removesuffix(".scale") + ".reversed"
-            model = fit.revised_model().without_effect(one.id).with_effect(effect)
-            one = _to_candidate(effect, self._of.aircraft)
+            reversed_id = one.id.removesuffix(".scale") + ".reversed"
+            model = fit.revised_model().without_effect(one.id).with_effect(reversed_id)
+            one = _to_candidate(reversed_id, self._of.aircraft)
             fit = fit.with_model(model, last.fit.free)
             fit_to_convergence(
                 fit, SEARCH.effect_passes, self._tick, f"fitting the model with: {one.title}"
@@ -359,7 +439,7 @@ class _Search:
         fit.model = fit.model.model_copy(
             update={"name": f"{_base_name(parent)} + {number}", "parent": parent.name}
         )
-        return self._stage(fit, added=effect, forced=forced)
+        return fit
 
     # --- the answer -----------------------------------------------------------------------------
 

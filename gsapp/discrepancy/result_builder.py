@@ -272,7 +272,13 @@ def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Mode
         )
     words = "; ".join(
         f"{one.effect} ({one.title}): "
-        + ("forced" if one.forced else f"confidence {one.confidence:.0%}")
+        + (
+            "forced"
+            if one.forced
+            else f"confidence {one.confidence:.0%}"
+            if one.named
+            else "found, not understood"
+        )
         + (f", or another of {', '.join(one.one_of)}" if one.one_of else "")
         for one in effects
     )
@@ -292,7 +298,7 @@ def _found_effect(
     term = create_term(effect, aircraft)
     fit = last.fit
     names = (*fit.free, *fit.bias_names())
-    _, covariance = fit.information().with_priors(fit.priors()).solution(names)
+    _, covariance = last.information.solution(names)
     stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
     moved = {name: name for name in fit.free} | fit.shared_parameters()
     prefix = f"{effect}."
@@ -364,13 +370,14 @@ def _verdict(
     values: Mapping[str, ChangedValue],
     seen: Sequence[Observability],
 ) -> DiscrepancyVerdict:
-    if any(not one.forced and not one.one_of for one in effects):
+    named = [one for one in effects if one.named]
+    if any(not one.forced and not one.one_of for one in named):
         return "effects-found"
     if any(one.one_of for one in effects):
         return "ambiguous"
     if last == "ambiguous":
         return "ambiguous"
-    if last == "unexplained":
+    if last == "unexplained" or any(not one.named and not one.forced for one in effects):
         return "unexplained"
     if effects:
         return "effects-found"

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from gsapp.discrepancy.effect_catalog import find_effect
 from gsapp.discrepancy.effect_selection import EffectDecision
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import EffectClass
 from gsapp.quantities import FloatArray
@@ -99,6 +100,11 @@ class FoundEffect:
     forced: bool = False  # Whether the user put it in.
     one_of: tuple[str, ...] = ()
     """Effects that it stands for, itself with them, where these flights cannot tell which it is."""
+
+    @property
+    def named(self) -> bool:
+        """Return whether the catalog explains it; else it is found and not understood."""
+        return not is_unnamed(self.effect)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -285,6 +291,7 @@ def _effect(one: FoundEffect) -> dict[str, Any]:
         "held_out": one.held_out,
         "forced": one.forced,
         "one_of": one.one_of,
+        "named": one.named,
     }
 
 
@@ -338,12 +345,13 @@ def find_alternatives(
     return tuple(found)
 
 
-def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
-    """Return the answer in plain words."""
+def _effect_sentences(effects: Sequence[FoundEffect]) -> list[str]:
     sentences = []
-    for one in found.effects:
+    for one in effects:
         if one.forced:
             sentences.append(f"{one.title}: forced into the model.")
+            continue
+        if not one.named:
             continue
         if one.one_of:
             sentences.append(
@@ -360,6 +368,12 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
                 else "."
             )
         )
+    return sentences
+
+
+def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
+    """Return the answer in plain words."""
+    sentences = _effect_sentences(found.effects)
     if decision.kind == "ambiguous":
         names = ", ".join(one.id for one in decision.alternatives)
         if len(decision.alternatives) > 1:
@@ -370,7 +384,15 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
             for one in decision.alternatives
             if not one.excited
         ]
-    if found.verdict == "unexplained" or (found.effects and decision.kind == "unexplained"):
+    unnamed = [one.title for one in found.effects if not one.named and not one.forced]
+    if unnamed:
+        sentences.append(
+            f"Found, not understood: {', '.join(unnamed)}; the catalog has no effect like it. The "
+            "model holds it as a term without a name."
+        )
+        if decision.kind == "nothing" and found.verdict == "unexplained":
+            sentences.append("But for this the model explains these flights to the noise level.")
+    if decision.kind == "unexplained":
         best = decision.best
         if best is not None and decision.contradicted:
             sentences.append(

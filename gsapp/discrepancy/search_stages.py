@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision
 from gsapp.discrepancy.settings import SEARCH
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model, load_model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
 from gsapp.identification.filter_error.motion_linearization import ManeuverRecord
 from gsapp.identification.filter_error.noise_model import ROTATIONS
 from gsapp.identification.filter_error.noise_tuning import (
@@ -95,12 +98,16 @@ def _with_rotating_air(fit: FilterErrorFit, tick: ActivityCallback) -> FilterErr
             for flight, one in fit.noise.items()
         }
         try:
-            fit_to_convergence(trial, SEARCH.effect_passes, tick, "looking for turning gusts")
+            fit_to_convergence(trial, 1, tick, "looking for turning gusts")
         except FlightError:
             continue
         deviance = trial.deviance()
         if deviance < least:
             best, least = trial, deviance
+        if best is fit:
+            # Gusts roll the air whatever the gain: without a trace of it, no gain will help.
+            return fit
+    fit_to_convergence(best, SEARCH.effect_passes - 1, tick, "looking for turning gusts")
     return best
 
 
@@ -128,16 +135,13 @@ class SearchStage:
 
     fit: FilterErrorFit
     added: str  # The effect that it has and the stage before has not; empty for the baseline.
+    information: InformationMatrix  # Of the fit, priors included.
     screening: CandidateScreening
     decision: EffectDecision
     forced: bool = False  # Whether the effect was put in by hand.
     proven: bool = False  # Whether kinematics alone prove it.
     equivalent_effects: tuple[str, ...] = ()
     """The set that the effect stands for, itself with it, where these flights cannot tell which."""
-
-    def as_unexplained(self) -> SearchStage:
-        """Return the stage with the answer that its best explanation is none."""
-        return replace(self, decision=replace(self.decision, kind="unexplained"))
 
 
 def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
@@ -158,45 +162,106 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     return ids if alike else ()
 
 
-def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[SearchStage]:
-    """Take back names that leave much of their own structure unexplained.
+def best_unnamed(stage: SearchStage) -> CandidateEffect | None:
+    """Return the structure without a name that a stage's model lacks most; None if it lacks none.
 
-    The baseline comes first; so many `forced` stages after it were put in by hand, and stay.
+    What no term can hold (an instrument that rings) is not among it.
     """
-    kept = list(stages)
-    crowded = _first_crowded_stage(kept)
-    if crowded:
-        return [*kept[: crowded - 1], kept[crowded - 1].as_unexplained()]
-    while len(kept) > 1 + forced:
-        before, last = kept[-2], kept[-1]
-        if last.proven or last.decision.kind != "unexplained" or last.decision.best is None:
-            break
-        left = float(last.decision.gain.max())
-        explained = float(before.decision.gain.max())
-        if left < SEARCH.max_unexplained_share * explained or not _is_same_target(
-            last.added, last.decision.best.id
-        ):
-            break
-        kept = [*kept[:-2], before.as_unexplained()]
-    return kept
+    competitors, decision = stage.screening.candidates, stage.decision
+    if decision.best is None:
+        return None
+    places = [k for k, one in enumerate(competitors) if is_unnamed(one.id)]
+    return competitors[max(places, key=lambda k: decision.gain[k])] if places else None
 
 
-def _first_crowded_stage(stages: Sequence[SearchStage]) -> int:
-    """Return the first of many names for one coefficient; 0 if no coefficient has many.
+def find_wrong_effects(stages: Sequence[SearchStage], first: int) -> tuple[int, frozenset[str]]:
+    """Return the first stage whose effect is wrong, and what must not stand for it.
 
-    What takes so many terms of the catalog is something that is not in it.
+    Stages before `first` stay; zero and an empty set where nothing is wrong. Wrong is a name of
+    whose own structure much turned out to have no name, one of many names for one coefficient,
+    and structure without a name that a name found later makes unnecessary.
     """
-    places: dict[str, list[int]] = {}
-    for number, one in enumerate(stages):
-        if number and not one.forced and one.added.split(".")[0] != "sensor":
-            places.setdefault(one.added.split(".")[1], []).append(number)
-    return min(
-        (found[0] for found in places.values() if len(found) >= SEARCH.max_effects_per_target),
-        default=0,
+    for number in range(first, len(stages)):
+        before, after = stages[number - 1], stages[number]
+        if after.proven:
+            continue
+        if is_unnamed(after.added):
+            if _is_unnecessary(after.added, stages[-1]):
+                return number, frozenset((after.added,))
+        elif _is_misnamed(before, after, stages[number + 1 :]) or _is_rest(stages[: number + 1]):
+            return number, frozenset(_alike(before.screening, after.added))
+    crowded, names = _first_crowded_stage(stages, first)
+    return crowded, names
+
+
+def _is_misnamed(before: SearchStage, after: SearchStage, later: Sequence[SearchStage]) -> bool:
+    """Return whether much of what a name explained is like structure that has none."""
+    explained = _gain_of(before, after.added)
+    alike = _alike(before.screening, after.added)
+    left = sum(
+        _gain_of(earlier, one.added)
+        for earlier, one in pairwise((after, *later))
+        if is_unnamed(one.added) and one.added in alike
+    )
+    last = (after, *later)[-1].decision
+    if last.kind == "unexplained" and last.best and last.best.id in alike:
+        left += float(last.gain.max())
+    return left >= SEARCH.max_unexplained_share * explained
+
+
+def _is_rest(stages: Sequence[SearchStage]) -> bool:
+    """Return whether the last name is like structure without a name that was found before it.
+
+    Then it is a rest of that, which has another shape.
+    """
+    return any(
+        is_unnamed(after.added) and stages[-1].added in _alike(before.screening, after.added)
+        for before, after in pairwise(stages[:-1])
     )
 
 
-def _is_same_target(effect: str, other: str) -> bool:
-    """Return whether structure without a name may be what an effect stood for."""
-    group, target = effect.split(".")[:2]
-    return group != "aero" or target == other.split(".")[1]
+def _gain_of(stage: SearchStage, effect: str) -> float:
+    ids = [one.id for one in stage.screening.candidates]
+    named = effect.replace(".reversed", ".scale")
+    return float(stage.decision.gain[ids.index(named)]) if named in ids else float("inf")
+
+
+def _alike(screening: CandidateScreening, effect: str) -> list[str]:
+    """Return the candidates, the effect among them, that look much like it."""
+    if effect not in screening.projected_information.names:
+        return [effect]
+    cosines = np.abs(screening.cosines(effect))
+    table = dict(zip(screening.projected_information.names, cosines, strict=True))
+    return [one.id for one in screening.candidates if table[one.id] >= SEARCH.min_alias_cosine]
+
+
+def _is_unnecessary(effect: str, last: SearchStage) -> bool:
+    """Return whether an effect of a stage's model is lost in its noise."""
+    names = (*last.fit.free, *last.fit.bias_names())
+    _, covariance = last.information.solution(names)
+    places = [k for k, name in enumerate(names) if name.startswith(f"{effect}.")]
+    sigmas = [abs(last.fit.values[names[k]]) / float(np.sqrt(covariance[k, k])) for k in places]
+    return max(sigmas, default=np.inf) < SEARCH.min_unnamed_sigmas
+
+
+def _first_crowded_stage(stages: Sequence[SearchStage], first: int) -> tuple[int, frozenset[str]]:
+    """Return the first of many names for one coefficient, and all names there are for it.
+
+    What takes so many terms of the catalog is something that is not in it. Zero and an empty set
+    if no coefficient has many.
+    """
+    places: dict[str, list[int]] = {}
+    for number, one in enumerate(stages):
+        group, _, rest = one.added.partition(".")
+        if number >= first and group not in ("sensor", "unnamed"):
+            places.setdefault(rest.partition(".")[0], []).append(number)
+    crowded = [
+        (found[0], target)
+        for target, found in places.items()
+        if len(found) >= SEARCH.max_effects_per_target
+    ]
+    if not crowded:
+        return 0, frozenset()
+    number, target = min(crowded)
+    names = (one.id for one in stages[number - 1].screening.candidates if one.named)
+    return number, frozenset(name for name in names if name.split(".")[1] == target)

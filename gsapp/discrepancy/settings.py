@@ -40,7 +40,7 @@ class DiscrepancySettings(ManeuverSettings):
                    "no part in naming and fitting."),
         option="--held-out", metavar="MANEUVER", is_repeatable=True)
     most_effects: int = setting(
-        4, QT_TR_NOOP("Most effects"),
+        8, QT_TR_NOOP("Most effects"),
         QT_TR_NOOP("Maximum number of effects."),
         option="--most-effects", metavar="N", ge=0)
     check_instruments: bool = setting(
@@ -80,8 +80,12 @@ class DiscrepancyAlgorithmSettings:
     askew, or show far too much."""
 
     # Candidates.
-    trial_backlash: float = 0.06 * DEGREE
-    """Width of play that is tried, rad: larger than noise of a potentiometer."""
+    trial_backlashes: tuple[float, ...] = (0.06 * DEGREE, 0.3 * DEGREE, 1.0 * DEGREE, 3.0 * DEGREE)
+    """Widths of play that are tried, rad: the least larger than noise of a potentiometer."""
+    trial_limit_shares: tuple[float, ...] = (0.85, 0.65, 0.45)
+    """Limits of deflection and rate that are tried, of the most that was recorded."""
+    trial_share_range: tuple[float, float] = (0.3, 3.0)
+    """Share of an effect tried at one size that the flights may show, to count for it."""
     trial_distance: float = 1e-3  # m by which a vane is moved; what it shows is linear in that.
     trial_time_constant: float = 0.15  # Time constant of lags without a name, s.
     shape_parameter_cost: float = 2.0
@@ -97,10 +101,14 @@ class DiscrepancyAlgorithmSettings:
     min_equivalence_cosine: float = 0.95  # From it two effects explain the same.
     max_effects_per_target: int = 3  # So many names for one coefficient are none.
     reversal_tolerance: float = 0.15  # A scale this near to -1 is a reversed axis.
+    max_unnamed_terms: int = 3  # Terms without a name that a coefficient takes.
+    min_unnamed_sigmas: float = 3.0  # Size of a term without a name that a later name leaves.
     effect_passes: int = 4  # Passes of a fit with an effect more.
+    unnamed_passes: int = 2  # The same where the effect is a term without a name.
     max_contenders: int = 3  # Candidates that are fitted fully before a name is said ...
     max_contender_gap: float = 16.0  # ... within this gain of the best.
-    sign_check_misfit: float = 1.2  # Mean square of innovations for a check of signs first.
+    sign_check_misfit: float = 1.2  # Mean square of innovations for a check of signs first ...
+    sign_check_ranks: int = 5  # ... where an instrument is among so many first candidates.
     min_gain_share: float = 0.25
     """Of the gain that its column promises: the full fit of an effect must show as much, unless
     chance does not reach it; far from neutral, columns promise too much."""

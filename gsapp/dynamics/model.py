@@ -15,6 +15,7 @@ from pydantic import Field, field_validator
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import derivative_names
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.terms import Term, create_term, effect_ids
 from gsapp.foundation import (
     FileProblem,
@@ -40,7 +41,7 @@ class Effect(StrictModel):
     @field_validator("id")
     @classmethod
     def _known(cls, value: str) -> str:
-        if value not in effect_ids():
+        if value not in effect_ids() and not is_unnamed(value):
             lists = "'gsapp discrepancy --list' lists them"
             hint = did_you_mean(value, effect_ids(), lists, most=1)
             raise ValueError(f"no effect is called '{value}'; {hint}")

@@ -305,6 +305,7 @@ EFFECT_GROUPS = ("aero", "propulsion", "control", "sensor", "mass")
 ENTRY_POINT_GROUP = "gsapp.effects"
 
 _REGISTRY: dict[str, EffectDefinition] = {}
+_DESCRIBED: list[Callable[[str], Term | None]] = []
 _EFFECT_PACKAGE = "gsapp.dynamics.effects"
 """Its modules enter their effects when they are imported, and they import this module."""
 
@@ -323,6 +324,11 @@ def register_effect(effect_id: str, create: TermFactory, guidance: EffectGuidanc
             f"{', '.join(EFFECT_GROUPS)}"
         )
     _REGISTRY[effect_id] = EffectDefinition(effect_id, create, guidance)
+
+
+def register_described_terms(describe: Callable[[str], Term | None]) -> None:
+    """Enter terms whose ids say all of them: what makes one, or returns None for other ids."""
+    _DESCRIBED.append(describe)
 
 
 @cache
@@ -353,9 +359,13 @@ def effect_guidance(effect_id: str) -> EffectGuidance:
 def create_term(term_id: str, aircraft: Aircraft) -> Term:
     """Return the term with that id for an aircraft.
 
+    Structure without a name (`gsapp.dynamics.effects.unnamed_terms`) is described by its id.
     Raise UnknownNameError if no effect has that id; the nearest are named.
     """
     known = _registered()
+    for describe in _DESCRIBED:
+        if described := describe(term_id):
+            return described
     found = known.get(term_id)
     if found is None:
         hint = did_you_mean(term_id, known, "'gsapp discrepancy --list' lists them")

@@ -107,14 +107,18 @@ def effect_text(one: FoundEffect, system: str) -> str:
         " ".join(filter(None, (f"{name} = {size}", unit)))
         for _, name, size, unit in parameter_rows((one,), system)
     )
-    sure = f"confidence {format_confidence(one)}" if not one.forced else format_confidence(one)
+    sure = format_confidence(one)
+    if one.named and not one.forced:
+        sure = f"confidence {sure}"
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
 
 
 def format_confidence(one: FoundEffect) -> str:
-    """Return the confidence in an effect, in percent; never a certainty."""
+    """Return the confidence in an effect, in percent; never a certainty, none without a name."""
     if one.forced:
         return "forced"
+    if not one.named:
+        return "not understood"
     others = [name for name in one.one_of if name != one.effect]
     alone = f"{100.0 * one.confidence:.0f} %"
     return f"{alone}; cannot be told from {', '.join(others)}" if one.one_of else alone

@@ -12,14 +12,13 @@ import pytest
 from gsapp.discrepancy.candidates import (
     CandidateEffect,
     catalog_candidates,
-    trial_size,
     unnamed_candidates,
 )
 from gsapp.discrepancy.effect_catalog import all_effects
 from gsapp.discrepancy.effect_selection import screen_candidates
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, Backlash, Delay, Lag, SignalTerm
+from gsapp.dynamics.signal_terms import Delay, Lag, SignalTerm
 from gsapp.dynamics.terms import create_term
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.filter_error.filter_error_fit import (
@@ -139,15 +138,9 @@ def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
         assert error(rich.innovations(column), expected) < most, name
 
 
-def tried_size(one: CandidateEffect, term: object, prepared: Prepared) -> float:
-    if isinstance(term, Lag | Delay):
-        # Smaller ones ask for slopes at a corner: straight lines between samples have two.
-        return one.plausible_size
-    if isinstance(term, Backlash):
-        channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
-        signal = prepared.own.linearization.inputs[("de", "da", "dr", "flap").index(channel)]
-        return trial_size(term, signal, prepared.one.record.dt)
-    return 0.02 * one.plausible_size
+def tried_size(one: CandidateEffect, term: object) -> float:
+    # Smaller lags ask for slopes at a corner: straight lines between samples have two.
+    return one.plausible_size * (1.0 if isinstance(term, Lag | Delay) else 0.02)
 
 
 def test_effects_of_the_catalog(plain: Prepared) -> None:
@@ -160,13 +153,13 @@ def test_effects_of_the_catalog(plain: Prepared) -> None:
     for one in catalog_candidates(records, AIRCRAFT):
         column = one.build_column(plain.own.linearization)
         term = create_term(one.id, AIRCRAFT)
-        if not column or term.states or one.initial_value is not None:
+        if not column or term.states:
             continue
         found = plain.innovations(column)
         if not np.any(found):
             continue
         neutral = {item.name: item.neutral for item in term.parameters if item.free}
-        size = tried_size(one, term, plain)
+        size = tried_size(one, term)
         values = {**term.defaults, **neutral, one.parameter: one.neutral + size}
         expected = plain.lost(TRUTH.with_effect(one.id, values), size)
         bent = isinstance(term, Lag | Delay) and not one.id.startswith("aero")
@@ -177,6 +170,24 @@ def test_effects_of_the_catalog(plain: Prepared) -> None:
     assert kinds >= {
         ("aero", False), ("propulsion", False), ("control", True), ("sensor", True),
     }  # fmt: skip
+
+
+def test_effects_that_are_not_linear_are_tried_at_sizes(plain: Prepared) -> None:
+    """Play and end stops: the column of each size is the whole of what that size changes."""
+    records = [one for one in all_effects() if one.id.startswith("control.elevator.")]
+    table = {
+        one.id: one
+        for one in catalog_candidates(records, AIRCRAFT, flown=[plain.own.linearization])
+    }
+    for name in ("control.elevator.backlash", "control.elevator.saturation"):
+        one = table[name]
+        assert len(one.trials) >= 2
+        for trial in one.trials:
+            column = trial.build_column(plain.own.linearization)
+            assert column is not None, (name, trial.value)
+            model = TRUTH.with_effect(name, {one.parameter: trial.value})
+            assert error(plain.innovations(column), plain.lost(model, 1.0)) < 0.05, trial.value
+    assert not table["control.elevator.lag"].trials
 
 
 def test_an_effect_with_a_memory(plain: Prepared) -> None:
@@ -221,7 +232,7 @@ def test_an_effect_with_a_memory(plain: Prepared) -> None:
 def test_structure_without_a_name(plain: Prepared) -> None:
     """Products are what they say: alpha * de in Cm is the catalog's effect of that name."""
     found = plain.own.linearization
-    bare = unnamed_candidates([], throttle=True, flap=True)
+    bare = unnamed_candidates([], AIRCRAFT, throttle=True, flap=True)
     named = {
         one.id: one
         for one in catalog_candidates(
@@ -242,7 +253,9 @@ def test_structure_without_a_name(plain: Prepared) -> None:
         size = np.dot(ours[0].history, theirs[0].history) / np.dot(*[theirs[0].history] * 2)
         assert ours[0].history == pytest.approx(size * theirs[0].history, rel=1e-9), name
     # What the catalog holds does not compete a second time without a name.
-    rest = {one.id for one in unnamed_candidates([*named.values()], throttle=True, flap=True)}
+    rest = {
+        one.id for one in unnamed_candidates([*named.values()], AIRCRAFT, throttle=True, flap=True)
+    }
     assert rest < set(table)
     looks = {}
     for one in named.values():
@@ -264,7 +277,7 @@ def test_structure_without_a_name(plain: Prepared) -> None:
     assert {"unnamed.Cm.late_p", "unnamed.Cl.late_alpha"} < rest
     assert "unnamed.Cm.late_q" not in table
     assert not any(
-        "throttle" in one.id for one in unnamed_candidates([], throttle=False, flap=True)
+        "throttle" in one.id for one in unnamed_candidates([], AIRCRAFT, throttle=False, flap=True)
     )
 
 

@@ -15,7 +15,7 @@ from gsapp.discrepancy.investigation import Investigation
 from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.settings import DiscrepancySettings
 from tests.discrepancy.blind.answering import closed_gap
-from tests.discrepancy.blind.cases import Case, hidden
+from tests.discrepancy.blind.cases import AIRFRAMES, Case, hidden
 from tests.discrepancy.blind.flying import FlownCase, fly_case
 from tests.discrepancy.blind.instruments import NOISE
 from tests.discrepancy.blind.judging import is_named
@@ -120,4 +120,25 @@ def test_what_is_in_no_catalog_gets_no_name() -> None:
     assert not any(is_named(one.effect) for one in found.effects)
     assert found.ranking[0].effect.startswith("unnamed.Cl.")
     assert found.disagreements[0].coefficient == "Cl"
-    assert "not in the catalog" in found.why
+    assert "not understood" in found.why
+
+
+def test_play_of_a_degree_is_named_with_its_size() -> None:
+    """As wide as play of a worn linkage: no column at zero play sees it."""
+    case = hidden("control.elevator.backlash", 0.0175, plan=SEED, seed=SEED)
+    _, found = answered(case)
+    assert found.verdict == "effects-found"
+    (effect,) = (one for one in found.effects if one.named)
+    assert effect.effect == "control.elevator.backlash"
+    assert effect.parameters["slop"][0] == pytest.approx(0.0175, rel=0.1)
+
+
+def test_what_another_aircraft_has_of_its_own_silences_nothing() -> None:
+    """JSBSim's T-37: drag bends at zero sideslip, which no effect of the catalog does."""
+    case = hidden("aero.Cn.beta3", 2.5, plan=SEED, seed=SEED, airframe="T37")
+    flown = fly_case(case)
+    found = Investigation(flown.maneuvers, flown.aircraft).run(DiscrepancySettings())
+    assert "unnamed.CA.absbeta" in [one.effect for one in found.effects]
+    named = {one.effect: one for one in found.effects if one.named}
+    assert named["aero.Cn.beta3"].parameters["Cn_beta3"][0] == pytest.approx(2.5, rel=0.2)
+    assert not set(named) - {*AIRFRAMES["T37"], "aero.Cn.beta3"}

@@ -257,7 +257,10 @@ def test_what_is_refused_is_neither_named_nor_ranked(search: Investigation) -> N
     assert EFFECT not in [one.effect for one in found.effects]
     assert all(EFFECT not in [one.effect for one in step.ranking] for step in found.steps)
     assert found.verdict in ("unexplained", "ambiguous")
-    assert found.effects == ()
+    # What it did is still there: as structure that is found and not understood.
+    assert found.effects
+    assert not any(one.named for one in found.effects)
+    assert "not understood" in found.why
 
 
 @pytest.mark.long

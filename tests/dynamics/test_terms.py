@@ -7,7 +7,8 @@ import pytest
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import create_linear_terms, derivative_names
-from gsapp.dynamics.model import load_model
+from gsapp.dynamics.effects.unnamed_terms import is_unnamed, unnamed_ids
+from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.signal_terms import SignalTerm
 from gsapp.dynamics.simulation import stall_terms
 from gsapp.dynamics.terms import (
@@ -23,7 +24,11 @@ from gsapp.dynamics.terms import (
 from gsapp.foundation import UnknownNameError
 
 BUILD_UP = {term.id: term for term in create_linear_terms()}
-EVERY = (*BUILD_UP, *effect_ids())
+UNNAMED = (
+    "unnamed.CA.absbeta", "unnamed.Cm.alpha_de2", "unnamed.Cn.absr_r", "unnamed.CN.V2",
+    "unnamed.Cm.late_de", "unnamed.Cn.late_q", "unnamed.Cl.beta_throttle",
+)  # fmt: skip
+EVERY = (*BUILD_UP, *effect_ids(), *UNNAMED)
 TYPICAL = {
     "V": (30.0, 3.0), "thrust": (60.0, 10.0), "qbar": (500.0, 50.0), "rho": (1.2, 0.05),
     "ax": (1.0, 3.0), "ay": (0.5, 3.0), "an": (9.0, 3.0), "throttle": (0.5, 0.2),
@@ -88,6 +93,24 @@ def outputs(term: Term, point: list, sizes: tuple[int, int]) -> list:
     )  # fmt: skip
     value = term.value(reads, states, parameters)
     return [value, *term.rates(reads, states, parameters)]
+
+
+def test_structure_without_a_name_is_described_by_its_id(aircraft: Aircraft) -> None:
+    """All ids that compete make a term, and a model file holds it; others make none."""
+    ids = unnamed_ids(throttle=True, flap=True)
+    assert len(set(ids)) == len(ids) > 200
+    for name in ids:
+        term = create_term(name, aircraft)
+        assert (term.id, term.target) == (name, name.split(".")[1])
+    kink = create_term("unnamed.CA.absbeta", aircraft)
+    assert kink.value((-0.2,), (), (3.0,)) == kink.value((0.2,), (), (3.0,)) == pytest.approx(0.6)
+    model = Model().with_effect("unnamed.Cm.alpha_de2", {"Cm_alpha_de2": 2.0})
+    assert model.effects[0].values(aircraft) == (2.0,)
+    assert not set(ids) & set(effect_ids())
+    for wrong in ("unnamed.Cm", "unnamed.Cm.gamma2", "unnamed.XX.alpha2", "unnamed.Cm.alpha9"):
+        assert not is_unnamed(wrong)
+        with pytest.raises(UnknownNameError):
+            create_term(wrong, aircraft)
 
 
 def test_the_effects_for_hiding_are_all_there() -> None:

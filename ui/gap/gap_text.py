@@ -72,7 +72,7 @@ def verdict_state(found: DiscrepancyResult) -> IndicatorState:
 def verdict_text(result: SearchResult) -> str:
     """Return the verdict as a headline."""
     found = result.discrepancy
-    titles = [effect.title for effect in found.effects]
+    titles = [effect.title for effect in found.effects if effect.named]
     if found.verdict == "effects-found" and len(titles) == 1:
         return tr("One effect is missing: {title}").format(title=titles[0])
     headlines = {
@@ -108,6 +108,8 @@ def effect_confidence_text(result: SearchResult, effect: FoundEffect) -> str:
     others = [f"“{result.title(name)}”" for name in effect.one_of if name != effect.effect]
     if others:
         return tr("these flights cannot tell it from {others}").format(others=", ".join(others))
+    if not effect.named:
+        return tr("found, not understood: the catalog has no effect like it")
     return confidence_text(effect.confidence)
 
 

@@ -72,6 +72,17 @@ class InformationMatrix:
         table = {name: index for index, name in enumerate(self.names)}
         return [table[name] for name in names]
 
+    def renamed(self, among: Iterable[str], names: Mapping[str, str]) -> InformationMatrix:
+        """Return with those of some names that are given new ones, and without the rest of them."""
+        gone = set(among) - names.keys()
+        kept = [index for index, name in enumerate(self.names) if name not in gone]
+        places = [*kept, len(self.names)]
+        return InformationMatrix(
+            names=tuple(names.get(self.names[index], self.names[index]) for index in kept),
+            matrix=self.matrix[np.ix_(places, places)],
+            samples=self.samples,
+        )
+
     def with_priors(self, priors: Mapping[str, tuple[float, float]]) -> InformationMatrix:
         """Return with a-priori knowledge: by name, value still missing and its deviation."""
         matrix = self.matrix.copy()
@@ -426,6 +437,15 @@ class FilterErrorFit:
         for one in self.maneuvers:
             noise = self.noise[one.record.flight]
             one.filter = create_filter(self.linearized(one), noise, one.motion)
+
+    def forget_filters(self) -> None:
+        """Keep model, values and motions alone; all else takes hundreds of megabytes."""
+        for one in self.maneuvers:
+            one.filter = one.filtered_columns = None
+
+    @property
+    def is_linearized(self) -> bool:
+        return all(one.filter is not None for one in self.maneuvers)
 
     def refilter(self) -> None:
         """Filter anew where only the noise changed."""
