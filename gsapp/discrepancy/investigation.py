@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -142,6 +143,7 @@ class _Search:
         self._done = 0.0
         self._failed: set[str] = set()
         self._closed: set[str] = set()
+        self._rests: dict[str, EffectDecision] = {}
         self._trials: dict[str, FilterErrorFit] = {}
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -191,9 +193,10 @@ class _Search:
         return (*named, *(one for one in unnamed if one.id not in left_out))
 
     def _is_closed(self, one: CandidateEffect) -> bool:
-        """Return whether a candidate is for a coefficient that lacks what has no shape."""
+        """Return whether a candidate is a rest, or for a coefficient that is closed."""
         group, target, *_ = one.id.split(".")
-        return group in ("aero", "unnamed") and coefficient_of(target) in self._closed
+        is_closed = group in ("aero", "unnamed") and coefficient_of(target) in self._closed
+        return is_closed or one.id in self._rests
 
     # --- the loop -------------------------------------------------------------------------------
 
@@ -213,6 +216,10 @@ class _Search:
         first = len(stages)
         while one := self._next_effect(stages[first:], stages[-1]):
             last = stages[-1]
+            if self._is_rest(one, stages[first - 1 :]):
+                self._rests[one.id] = last.decision
+                stages[-1] = self._again(last)
+                continue
             try:
                 fit = self._fit_with(last, one.id, one)
             except FlightError:
@@ -237,7 +244,23 @@ class _Search:
             if wrong:
                 self._failed |= wrong
                 stages = [*stages[: kept - 1], self._again(stages[kept - 1])]
+        lacking = [one for name, one in self._rests.items() if not is_unnamed(name)]
+        if lacking and stages[-1].decision.kind == "nothing":
+            stages[-1] = replace(stages[-1], decision=lacking[0])
         return stages
+
+    def _is_rest(self, one: CandidateEffect, stages: Sequence[SearchStage]) -> bool:
+        """Return whether structure without a name is no term of the model.
+
+        No term makes an instrument ring, and what is small beside the effects found is how these
+        differ from their form in the catalog.
+        """
+        if one.named:
+            return False
+        last = stages[-1]
+        gain = float(last.decision.gain[last.screening.index(one.id)])
+        explained = [float(earlier.decision.gain.max()) for earlier, _ in pairwise(stages)]
+        return not is_unnamed(one.id) or gain < SEARCH.min_rest_share * max(explained, default=0.0)
 
     def _next_effect(
         self, found: Sequence[SearchStage], last: SearchStage
@@ -245,7 +268,7 @@ class _Search:
         """Return what to add next: what was named, or the structure for which there is no name."""
         names = sum(not is_unnamed(one.added) for one in found)
         if last.decision.kind == "unexplained":
-            return best_unnamed(last)
+            return best_unnamed(last) if len(self._rests) < SEARCH.max_rests else None
         is_clear = last.decision.kind == "name" or equivalent_effects_of(last)
         return last.decision.best if is_clear and names < self._settings.most_effects else None
 

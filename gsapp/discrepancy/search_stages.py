@@ -163,14 +163,11 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
 
 
 def best_unnamed(stage: SearchStage) -> CandidateEffect | None:
-    """Return the structure without a name that a stage's model lacks most; None if it lacks none.
-
-    What no term can hold (an instrument that rings) is not among it.
-    """
+    """Return the structure without a name that a stage lacks most; None if it lacks none."""
     competitors, decision = stage.screening.candidates, stage.decision
     if decision.best is None:
         return None
-    places = [k for k, one in enumerate(competitors) if is_unnamed(one.id)]
+    places = [k for k, one in enumerate(competitors) if not one.named]
     return competitors[max(places, key=lambda k: decision.gain[k])] if places else None
 
 

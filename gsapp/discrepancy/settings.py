@@ -102,6 +102,10 @@ class DiscrepancyAlgorithmSettings:
     max_effects_per_target: int = 3  # So many names for one coefficient are none.
     reversal_tolerance: float = 0.15  # A scale this near to -1 is a reversed axis.
     max_unnamed_terms: int = 3  # Terms without a name that a coefficient takes.
+    min_rest_share: float = 0.02
+    """Of the largest gain of the effects found: structure without a name that gains less is how
+    these differ from their form in the catalog."""
+    max_rests: int = 8  # Rests that are set aside; with more, the search ends.
     min_unnamed_sigmas: float = 3.0  # Size of a term without a name that a later name leaves.
     effect_passes: int = 4  # Passes of a fit with an effect more.
     unnamed_passes: int = 2  # The same where the effect is a term without a name.

@@ -123,6 +123,8 @@ class _SmoothedBacklash:
 
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         smooth = _smooth(signal, dt)
+        # A surface that is not moved stays where it began: one noisy sample must not say where.
+        smooth[0] = float(np.mean(signal[: max(1, round(SIMULATION.play_start / dt))]))
         found = self.play.respond(smooth, dt, parameters)
 
         def tangent(change: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ class SimulationSettings:
     swivel_iterations: int = 5  # Each leaves about a hundredth of the error.
     spool_down_time: float = 1.0  # Time constant of a fan whose engine was stopped, s.
     control_smoothing: float = 0.1  # s, of a record for play: shorter than a hand's move.
+    play_start: float = 0.5  # s, of a record over whose mean play begins.
     min_time_constant: float = 5e-3  # s, in the continuous form; smaller ones act as this.
     edge_rounding: float = 0.01  # Time (s) in which the continuous form of an edge is rounded.
 
