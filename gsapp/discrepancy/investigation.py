@@ -143,7 +143,7 @@ class _Search:
         self._done = 0.0
         self._failed: set[str] = set()
         self._closed: set[str] = set()
-        self._rests: dict[str, EffectDecision] = {}
+        self._rests: dict[str, CandidateEffect] = {}
         self._trials: dict[str, FilterErrorFit] = {}
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -217,7 +217,7 @@ class _Search:
         while one := self._next_effect(stages[first:], stages[-1]):
             last = stages[-1]
             if self._is_rest(one, stages[first - 1 :]):
-                self._rests[one.id] = last.decision
+                self._rests[one.id] = one
                 stages[-1] = self._again(last)
                 continue
             try:
@@ -246,7 +246,10 @@ class _Search:
                 stages = [*stages[: kept - 1], self._again(stages[kept - 1])]
         lacking = [one for name, one in self._rests.items() if not is_unnamed(name)]
         if lacking and stages[-1].decision.kind == "nothing":
-            stages[-1] = replace(stages[-1], decision=lacking[0])
+            unexplained = replace(
+                stages[-1].decision, kind="unexplained", best=lacking[0], alternatives=(lacking[0],)
+            )
+            stages[-1] = replace(stages[-1], decision=unexplained)
         return stages
 
     def _is_rest(self, one: CandidateEffect, stages: Sequence[SearchStage]) -> bool:

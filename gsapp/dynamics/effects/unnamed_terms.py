@@ -131,7 +131,7 @@ def create_unnamed_term(term_id: str) -> Term | None:
         return ProductTerm(
             id=term_id,
             title=f"{target} needs {' * '.join(_words(one) for one in factors)}",
-            equation=f"{target} += {size.name} * {' * '.join(_words(one) for one in factors)}",
+            equation=f"{target} += {size.name} * {' * '.join(_formula(one) for one in factors)}",
             target=target,
             reads=tuple(_read(one.variable) for one in factors),
             parameters=(size,),
@@ -208,6 +208,14 @@ def _parse(term_id: str) -> tuple[str, str, tuple[Factor, ...]] | None:
             Factor(variable=variable, power=int(power or 1), absolute=absolute is not None)
         )
     return target, structure, tuple(factors)
+
+
+def _formula(factor: Factor) -> str:
+    """Return a factor as what it is: speed counts from its reference."""
+    if factor.variable != "V":
+        return _words(factor)
+    speed = f"(V/({REFERENCE_SPEED:g} m/s) - 1)"
+    return speed if factor.power == 1 else f"{speed}^{factor.power}"
 
 
 def _read(variable: str) -> str:
