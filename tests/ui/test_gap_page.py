@@ -40,6 +40,7 @@ from tests.ui.window_kit import (
     until,
     write_flight,
 )
+from ui.gap import gap_text
 from ui.gap.add_and_show import ForceEffectDialog
 from ui.gap.search_jobs import GapReportJob, GapRequest
 from ui.main_window import MainWindow
@@ -456,6 +457,22 @@ def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBo
     press(qtbot, Qt.Key.Key_Return)
     assert [line.cells[2] for line in view.effects.row_model.rows] == ["in the model"] * 2
     assert not view.buttons["gap_accept"].isEnabled()
+
+
+def test_structure_without_a_name_is_said_to_be_that(window, qtbot, tmp_path, engine):
+    """It stands among the effects of the model, with its size, and no confidence."""
+    engine.effects = ("unnamed.CA.absbeta", BACKLASH)
+    window.gap_page.set_open_flight(write_flight(tmp_path))
+    qtbot.keyClick(window, Qt.Key.Key_F5)
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    until(qtbot, lambda: window.gap_page.is_result_shown)
+    press(qtbot, Qt.Key.Key_3, ALT)
+    view = window.gap_page.result_view.stages["add"]
+    assert view.selected_effect == "unnamed.CA.absbeta"
+    assert "not understood" in view.sentences.text()
+    assert "100" not in view.sentences.text()
+    headline = gap_text.verdict_text(window.gap_page.search.result)
+    assert TITLES[BACKLASH] in headline
 
 
 def test_an_effect_is_refused_and_that_is_taken_back(story, qtbot, engine):
