@@ -169,7 +169,7 @@ def _run_record(catalog: Catalog, outcome: RunOutcome) -> CampaignRun:
     request = outcome.request
     return CampaignRun(
         label=request.label,
-        method=request.method,
+        method=_method_used(outcome),
         axis=request.axis,
         aircraft=outcome.aircraft,
         flights=tuple(one.name for one in outcome.flights),
@@ -179,6 +179,13 @@ def _run_record(catalog: Catalog, outcome: RunOutcome) -> CampaignRun:
         versions=outcome.versions,
         result=_result_json(outcome),
     )
+
+
+def _method_used(outcome: RunOutcome) -> str:
+    """Return the method that gave the values: in gusts filter error, where another was asked."""
+    results = outcome.result.results
+    used = {one.estimate.method for one in results if one.estimate is not None}
+    return used.pop() if len(used) == 1 else outcome.request.method
 
 
 def _store_flights(catalog: Catalog, outcome: RunOutcome) -> dict[str, CatalogManeuver]:
