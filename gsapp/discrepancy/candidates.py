@@ -23,7 +23,7 @@ from gsapp.dynamics.effect_terms import STALL_SHAPE, StallTerm
 from gsapp.dynamics.effects.unnamed_terms import PREFIX, unnamed_ids
 from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.sensors import Vector, alpha_vane, beta_vane, velocity_at
+from gsapp.dynamics.sensors import Vector, accelerations_at, alpha_vane, beta_vane, velocity_at
 from gsapp.dynamics.signal_terms import (
     SURFACE_CHANNELS,
     Backlash,
@@ -327,12 +327,10 @@ def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
 
 
 def _position_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
-    """Return what a vane, or a boom with both, shows elsewhere.
-
-    Not so for accelerometers: what one shows elsewhere is linear in angular accelerations, and
-    these in what coefficients read. No flight parts the two.
-    """
+    """Return what a vane, a boom with both, or an accelerometer to one side shows elsewhere."""
     _, instrument, axis = term.target.split(".")
+    if term.target == "place.accelerometer.y":
+        return _accelerations_beside
     if instrument not in ("boom", *BOOM_INSTRUMENTS):
         return None
     vanes = BOOM_INSTRUMENTS if instrument == "boom" else (instrument,)
@@ -360,6 +358,26 @@ def _position_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | 
         return tuple(entries) or None
 
     return make
+
+
+def _accelerations_beside(found: Linearization) -> SensitivityColumn | None:
+    """Return what an accelerometer shows for each meter to the right, shape (n,) per channel.
+
+    Only there. Ahead or below, it shows angular accelerations that the free derivatives of its own
+    coefficient follow: no flight parts the two.
+    """
+    names = found.record.states
+    rows = [names.index(one) for one in ("p", "q", "r")]
+    # The rates of the model itself; differences of the motion hold what the filter corrects.
+    spin = (found.next_states[rows] - found.states[rows, :-1]) / found.record.dt
+    p_dot, q_dot, r_dot = np.hstack((spin, spin[:, -1:]))
+    rates = (found.variables["p"], found.variables["q"], found.variables["r"])
+    shown = accelerations_at((0.0, 1.0, 0.0), (0.0,) * 3, rates, (p_dot, q_dot, r_dot))
+    return tuple(
+        SensitivityEntry(target=f"channel.{channel}", history=np.asarray(history))
+        for channel, history in zip(("ax", "ay", "an"), shown, strict=True)
+        if channel in found.record.channels
+    )
 
 
 _FLOW = ("V", "alpha", "beta", "p", "q", "r")

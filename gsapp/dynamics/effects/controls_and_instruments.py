@@ -433,7 +433,7 @@ _POSITIONS = {
     "sensor.beta_vane.x": ("aero.CY.r", "sensor.beta.delay", "sensor.beta.lag"),
     "sensor.beta_vane.z": ("aero.CY.p", "sensor.beta.scale"),
     "sensor.accelerometer.x": ("aero.CN.q", "aero.CY.r", "sensor.an.delay"),
-    "sensor.accelerometer.y": ("sensor.an.scale", "sensor.ax.scale"),
+    "sensor.accelerometer.y": ("aero.CN.da", "aero.CN.p", "sensor.alpha_vane.y"),
     "sensor.accelerometer.z": ("aero.CY.p", "aero.CA.q", "sensor.ay.delay"),
     "sensor.air_data.y": ("sensor.V.scale",),
     "sensor.air_data.z": ("sensor.V.scale",),
