@@ -80,8 +80,8 @@ def terms(
                 reasons.append(str(error))
     if not found:
         raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
-    values = {name: value for one in found for name, value in one.values.items()}
-    reasons += sign_warnings(values)
+    slopes = {name: value for one in found for name, value in one.slopes.items()}
+    reasons += sign_warnings(slopes)
     content = {one.coefficient: _content(one) for one in found}
     write_json(json, {"coefficients": content, "remarks": reasons})
     print_aircraft_warnings(console, (one.file_aircraft for one in flown))

@@ -89,8 +89,12 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
     """Return what the virtual aircraft does beyond the linear range; exactly zero within it.
 
     The lift departs with a slope a little steeper than that of the linear model, so that the
-    normal force levels off and falls slowly: 61 ft/s for the shipped B777.
+    normal force levels off and falls slowly: 61 ft/s for the shipped B777. A model whose lift
+    stalls by itself needs nothing: its flow does not separate twice.
     """
+    present = {effect.id for effect in model.effects}
+    if "aero.CN.stall" in present:
+        return ()
     low, high = aircraft.limits.alpha_linear
     limit = (-math.pi / 2.0, math.pi / 2.0)
 
@@ -108,11 +112,12 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
             ),
         )
 
-    return (
+    found = (
         departure("CN", -1.04 * model.derivative("CN_alpha")),
         departure("CA", 1.6, even=True),
         departure("Cm", -0.6),
     )
+    return tuple(one for one in found if one.id not in present)
 
 
 @dataclass(slots=True)
@@ -194,10 +199,7 @@ class Simulator:
         self.ground = ground
         self.dt = dt
         self._widest = SIMULATION.max_flow_angles if stall else (math.pi, math.pi)
-        present = {effect.id for effect in model.effects}
-        extra: list[Term] = []
-        if stall:
-            extra = [term for term in stall_terms(aircraft, model) if term.id not in present]
+        extra = stall_terms(aircraft, model) if stall else ()
         self.model = FlightModel(aircraft, model, extra=extra)
         self.time = 0.0
         self.start_in_air(V=30.0)

@@ -212,6 +212,14 @@ def test_the_virtual_stall_is_exactly_nothing_in_the_linear_range(aircraft: Airc
         assert term.value((low - 0.05,), (), values) != 0.0
 
 
+def test_a_virtual_flow_separates_once(aircraft: Aircraft) -> None:
+    """Proves that a stall of the model replaces the virtual one, of lift that of all."""
+    model = load_model("b777")
+    own = stall_terms(aircraft, model.with_effect("aero.Cm.stall", {}))
+    assert [term.id for term in own] == ["aero.CN.stall", "aero.CA.stall"]
+    assert stall_terms(aircraft, model.with_effect("aero.CN.stall", {})) == ()
+
+
 def test_the_stall_is_that_of_kirchhoff(aircraft: Aircraft) -> None:
     """Proves lift factor, settled separation and hysteresis against the formulas of the source."""
     lift, moment = (create_term(f"aero.{name}.stall", aircraft) for name in ("CN", "Cm"))

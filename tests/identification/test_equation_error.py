@@ -16,7 +16,11 @@ from gsapp.identification.campaign import campaign_values
 from gsapp.identification.coefficients import smooth_coefficients
 from gsapp.identification.equation_error import estimate, estimate_start_values
 from gsapp.identification.equation_error.estimator import DELAYED_CHANNELS, estimate_relative_delay
-from gsapp.identification.equation_error.stepwise_regression import candidate_terms, select_terms
+from gsapp.identification.equation_error.stepwise_regression import (
+    TermSelection,
+    candidate_terms,
+    select_terms,
+)
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 from tests.identification.virtual_maneuvers import NOISE, edited, fly, without
@@ -369,3 +373,19 @@ def test_the_pool_holds_no_term_twice():
     assert {"Cm_alpha", "aero.Cm.alpha2", "aero.Cm.alpha_de", "unnamed.Cm.de2"} <= set(pool)
     assert "unnamed.Cm.alpha2" not in pool
     assert "aero.Cm.memory" not in pool
+
+
+def test_an_alpha_derivative_beside_other_terms_in_alpha_is_no_slope() -> None:
+    """Proves that Cm_alpha > 0 at zero is no alarm where alpha^2 or a stall goes with it."""
+    values = {"Cm_0": (0.0, 0.1), "Cm_alpha": (0.4, 0.01), "Cm_q": (-20.0, 1.0)}
+    for beside, judged in (
+        ("aero.Cm.alpha2", False),
+        ("aero.Cm.stall", False),
+        ("aero.Cm.speed", True),
+    ):
+        found = TermSelection(
+            coefficient="Cm", values={**values, beside: (-1.0, 0.1)}, steps=(), unexcited=(),
+            r2=0.9, shapes={},
+        )  # fmt: skip
+        assert ("Cm_alpha" in found.slopes) == judged
+        assert "Cm_q" in found.slopes

@@ -75,6 +75,19 @@ class TermSelection:
     def beyond_linear(self) -> tuple[str, ...]:
         return tuple(name for name in self.values if "." in name)
 
+    @property
+    def slopes(self) -> dict[str, tuple[float, float]]:
+        """Values that tell a stable aircraft from an unstable one.
+
+        Beside other terms in alpha, that of alpha is the slope at zero only, far from flight.
+        """
+        is_bent = any("alpha" in name or name.endswith(".stall") for name in self.beyond_linear)
+        return {
+            name: value
+            for name, value in self.values.items()
+            if not (is_bent and name.endswith("_alpha"))
+        }
+
 
 def candidate_terms(coefficient: str, aircraft: Aircraft) -> dict[str, Term]:
     """Return the candidates by name: linear terms, effects of the catalog, unnamed products.
