@@ -145,6 +145,7 @@ class _Search:
         self._closed: set[str] = set()
         self._rests: dict[str, CandidateEffect] = {}
         self._trials: dict[str, FilterErrorFit] = {}
+        self._tried_fit: FilterErrorFit | None = None
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
         if len(self._held_out) >= len(of.maneuvers):
@@ -244,7 +245,9 @@ class _Search:
             if wrong:
                 self._failed |= wrong
                 stages = [*stages[: kept - 1], self._again(stages[kept - 1])]
-        lacking = [one for name, one in self._rests.items() if not is_unnamed(name)]
+        lacking = [
+            one for name, one in self._rests.items() if not one.named and not is_unnamed(name)
+        ]
         if lacking and stages[-1].decision.kind == "nothing":
             unexplained = replace(
                 stages[-1].decision, kind="unexplained", best=lacking[0], alternatives=(lacking[0],)
@@ -253,26 +256,28 @@ class _Search:
         return stages
 
     def _is_rest(self, one: CandidateEffect, stages: Sequence[SearchStage]) -> bool:
-        """Return whether structure without a name is no term of the model.
+        """Return whether what would be added next is no part of the model.
 
         No term makes an instrument ring, and what is small beside the effects found is how these
         differ from their form in the catalog.
         """
-        if one.named:
-            return False
+        if not one.named and not is_unnamed(one.id):
+            return True
         last = stages[-1]
         gain = float(last.decision.gain[last.screening.index(one.id)])
         explained = [float(earlier.decision.gain.max()) for earlier, _ in pairwise(stages)]
-        return not is_unnamed(one.id) or gain < SEARCH.min_rest_share * max(explained, default=0.0)
+        share = SEARCH.min_name_share if one.named else SEARCH.min_rest_share
+        return gain < share * max(explained, default=0.0)
 
     def _next_effect(
         self, found: Sequence[SearchStage], last: SearchStage
     ) -> CandidateEffect | None:
         """Return what to add next: what was named, or the structure for which there is no name."""
         names = sum(not is_unnamed(one.added) for one in found)
-        if last.decision.kind == "unexplained":
-            return best_unnamed(last) if len(self._rests) < SEARCH.max_rests else None
         is_clear = last.decision.kind == "name" or equivalent_effects_of(last)
+        if last.decision.kind == "unexplained" and not is_clear:
+            least = detection_threshold(self._settings.false_alarm, last.screening.candidates)
+            return best_unnamed(last, least) if len(self._rests) < SEARCH.max_rests else None
         return last.decision.best if is_clear and names < self._settings.most_effects else None
 
     def _close_crowded(self, found: Sequence[SearchStage]) -> None:
@@ -354,10 +359,16 @@ class _Search:
             return decision
         gain = screening.gain.copy()
         costs: dict[int, float] = {}
+        if fit is not self._tried_fit:
+            self._trials.clear()
+            self._tried_fit = fit
         for place in near:
             one = screening.candidates[place]
             try:
-                trial = self._fitted_with(fit, one, screening, f"comparing: {one.title}")
+                # Where only the competition is held again, the same fit has been tried before.
+                trial = self._trials.get(one.id) or self._fitted_with(
+                    fit, one, screening, f"comparing: {one.title}"
+                )
             except FlightError:
                 gain[place] = 0.0
                 continue

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from gsapp.discrepancy.candidates import CandidateEffect
-from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision
+from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision, log_priors
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model, load_model
@@ -149,10 +149,11 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
 
     What cannot be told apart because it looks the same leaves the same behind, and the search can
     go on; a set of different things, or one whose input did not move, leaves its rests to be
-    misnamed.
+    misnamed. Structure without a name may be in the set, beside an effect that is likelier.
     """
     decision = stage.decision
-    if decision.kind != "ambiguous" or decision.best is None:
+    is_open = decision.kind in ("ambiguous", "unexplained")
+    if not is_open or decision.best is None or not decision.best.named:
         return ()
     if not all(one.excited for one in decision.alternatives):
         return ()
@@ -162,12 +163,19 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     return ids if alike else ()
 
 
-def best_unnamed(stage: SearchStage) -> CandidateEffect | None:
+def best_unnamed(stage: SearchStage, least: float) -> CandidateEffect | None:
     """Return the structure without a name that a stage lacks most; None if it lacks none."""
     competitors, decision = stage.screening.candidates, stage.decision
     if decision.best is None:
         return None
-    places = [k for k, one in enumerate(competitors) if not one.named]
+    # Where a name is likelier, but not by enough, all else comes first: then it will be clearer.
+    undecided = _alike(stage.screening, decision.best.id) if decision.best.named else []
+    worth = decision.gain * stage.screening.gain_factor + 2.0 * log_priors(competitors)
+    places = [
+        k
+        for k, one in enumerate(competitors)
+        if not one.named and one.id not in undecided and worth[k] > least
+    ]
     return competitors[max(places, key=lambda k: decision.gain[k])] if places else None
 
 

@@ -105,6 +105,7 @@ class DiscrepancyAlgorithmSettings:
     min_rest_share: float = 0.02
     """Of the largest gain of the effects found: structure without a name that gains less is how
     these differ from their form in the catalog."""
+    min_name_share: float = 0.01  # The same of an effect that the catalog names.
     max_rests: int = 8  # Rests that are set aside; with more, the search ends.
     min_unnamed_sigmas: float = 3.0  # Size of a term without a name that a later name leaves.
     effect_passes: int = 4  # Passes of a fit with an effect more.

@@ -135,9 +135,7 @@ def test_play_of_a_degree_is_named_with_its_size() -> None:
 
 def test_what_another_aircraft_has_of_its_own_silences_nothing() -> None:
     """JSBSim's T-37: drag bends at zero sideslip, which no effect of the catalog does."""
-    case = hidden("aero.Cn.beta3", 2.5, plan=SEED, seed=SEED, airframe="T37")
-    flown = fly_case(case)
-    found = Investigation(flown.maneuvers, flown.aircraft).run(DiscrepancySettings())
+    _, found = answered(one("aero.Cn.beta3", 2.5, airframe="T37"))
     assert "unnamed.CA.absbeta" in [one.effect for one in found.effects]
     named = {one.effect: one for one in found.effects if one.named}
     assert named["aero.Cn.beta3"].parameters["Cn_beta3"][0] == pytest.approx(2.5, rel=0.2)
