@@ -366,18 +366,26 @@ def _accelerations_beside(found: Linearization) -> SensitivityColumn | None:
     Only there. Ahead or below, it shows angular accelerations that the free derivatives of its own
     coefficient follow: no flight parts the two.
     """
-    names = found.record.states
-    rows = [names.index(one) for one in ("p", "q", "r")]
     # The rates of the model itself; differences of the motion hold what the filter corrects.
-    spin = (found.next_states[rows] - found.states[rows, :-1]) / found.record.dt
-    p_dot, q_dot, r_dot = np.hstack((spin, spin[:, -1:]))
+    spin = (_model_rate(found, "p"), _model_rate(found, "q"), _model_rate(found, "r"))
     rates = (found.variables["p"], found.variables["q"], found.variables["r"])
-    shown = accelerations_at((0.0, 1.0, 0.0), (0.0,) * 3, rates, (p_dot, q_dot, r_dot))
+    shown = accelerations_at((0.0, 1.0, 0.0), (0.0,) * 3, rates, spin)
     return tuple(
         SensitivityEntry(target=f"channel.{channel}", history=np.asarray(history))
         for channel, history in zip(("ax", "ay", "an"), shown, strict=True)
         if channel in found.record.channels
     )
+
+
+def _model_rate(found: Linearization, state: str) -> FloatArray:
+    """Return the rate of a state that the model gives, shape (n,)."""
+    if state in found.record.channels:
+        return found.sensor_input_rates[:, found.record.channels.index(state)]
+    row = found.record.states.index(state)
+    steps = (found.next_states[row] - found.states[row, :-1]) / found.record.dt
+    # A step is the mean of the rates at its ends.
+    ends = np.arange(len(found.record)) - 0.5
+    return np.asarray(np.interp(ends, np.arange(len(steps)), steps))
 
 
 _FLOW = ("V", "alpha", "beta", "p", "q", "r")
