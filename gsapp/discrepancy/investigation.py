@@ -218,6 +218,8 @@ class _Search:
         while one := self._next_effect(stages[first:], stages[-1]):
             last = stages[-1]
             if self._is_rest(one, stages[first - 1 :]):
+                if len(self._rests) == SEARCH.max_rests:
+                    break
                 self._rests[one.id] = one
                 stages[-1] = self._again(last)
                 continue
@@ -277,7 +279,7 @@ class _Search:
         is_clear = last.decision.kind == "name" or equivalent_effects_of(last)
         if last.decision.kind == "unexplained" and not is_clear:
             least = detection_threshold(self._settings.false_alarm, last.screening.candidates)
-            return best_unnamed(last, least) if len(self._rests) < SEARCH.max_rests else None
+            return best_unnamed(last, least)
         return last.decision.best if is_clear and names < self._settings.most_effects else None
 
     def _close_crowded(self, found: Sequence[SearchStage]) -> None:
