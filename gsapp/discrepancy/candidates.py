@@ -61,7 +61,7 @@ _LOADS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
+class TrialSize:
     """An effect at one size: its column is the whole of what it changes."""
 
     value: float  # Of its parameter.
@@ -91,7 +91,7 @@ class CandidateEffect:
     proven: bool = False
     """Whether regression of measured coefficients prefers it, so that it is fitted fully whatever
     its column gains: a model that lacks it may stand too far from the record for columns."""
-    trials: tuple[Trial, ...] = ()
+    trials: tuple[TrialSize, ...] = ()
     """Of an effect that is not linear in its size, in place of its column: that at several sizes,
     of which the best counts."""
 
@@ -262,7 +262,7 @@ def _control_column_builder(term: Term) -> ColumnBuilder | None:
     return make
 
 
-def _control_trials(term: Term, flown: Sequence[Linearization]) -> tuple[Trial, ...]:
+def _control_trials(term: Term, flown: Sequence[Linearization]) -> tuple[TrialSize, ...]:
     """Return the sizes at which play, end stops and rate limits are tried."""
     group, _, name = term.target.partition(".")
     is_tried = group == "control" and isinstance(term, Backlash | Saturation | RateLimit)
@@ -281,7 +281,7 @@ def _control_trials(term: Term, flown: Sequence[Linearization]) -> tuple[Trial, 
         )
         values = tuple(share * most for share in SEARCH.trial_limit_shares)
 
-    def trial(value: float) -> Trial:
+    def trial(value: float) -> TrialSize:
         assert isinstance(term, SignalTerm)  # noqa: S101  every control effect is one
 
         def make(found: Linearization) -> SensitivityColumn | None:
@@ -290,7 +290,7 @@ def _control_trials(term: Term, flown: Sequence[Linearization]) -> tuple[Trial, 
             change = moved.values - signal
             return (SensitivityEntry(target=channel, history=change),) if np.any(change) else None
 
-        return Trial(value=value, build_column=make)
+        return TrialSize(value=value, build_column=make)
 
     return tuple(trial(value) for value in values)
 

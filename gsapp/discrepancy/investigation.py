@@ -238,7 +238,7 @@ class _Search:
                 continue
             added = fit.model.effects[-1].id
             if not one.named:
-                self._close_crowded((*stages[first:], replace(last, added=added)))
+                self._close_crowded((*(stage.added for stage in stages[first:]), added))
             new = self._stage(fit, added=added)
             among = equivalent_effects_of(last) if one.named else ()
             stages.append(replace(new, equivalent_effects=among))
@@ -282,9 +282,9 @@ class _Search:
             return best_unnamed(last, least)
         return last.decision.best if is_clear and names < self._settings.most_effects else None
 
-    def _close_crowded(self, found: Sequence[SearchStage]) -> None:
+    def _close_crowded(self, found: Sequence[str]) -> None:
         """Close the coefficients that have taken many terms without a name."""
-        counts = Counter(one.added.split(".")[1] for one in found if is_unnamed(one.added))
+        counts = Counter(one.split(".")[1] for one in found if is_unnamed(one))
         self._closed |= {
             target for target, count in counts.items() if count >= SEARCH.max_unnamed_terms
         }

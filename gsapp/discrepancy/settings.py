@@ -87,7 +87,6 @@ class DiscrepancyAlgorithmSettings:
     trial_share_range: tuple[float, float] = (0.3, 3.0)
     """Share of an effect tried at one size that the flights may show, to count for it."""
     trial_distance: float = 1e-3  # m by which a vane is moved; what it shows is linear in that.
-    trial_time_constant: float = 0.15  # Time constant of lags without a name, s.
     shape_parameter_cost: float = 2.0
     """Of the gain, for each parameter of its shape that an effect moves (H. Akaike, A new look at
     the statistical model identification, IEEE Trans. Autom. Control 19, 1974)."""

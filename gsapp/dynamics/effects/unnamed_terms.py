@@ -18,6 +18,7 @@ from math import prod
 from gsapp.dynamics.arithmetic import Value, where
 from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.effect_terms import UnsteadyTerm
+from gsapp.dynamics.effects.effect_registration import V_REF
 from gsapp.dynamics.terms import (
     COEFFICIENTS,
     Parameter,
@@ -28,7 +29,7 @@ from gsapp.dynamics.terms import (
 )
 
 PREFIX = "unnamed."
-REFERENCE_SPEED = 28.956  # m/s (95 ft/s): where products with speed are zero.
+REFERENCE_SPEED = V_REF.default  # m/s: where products with speed are zero.
 LAG_TIME = 0.15  # Time constant of what follows late, s.
 _BOUND = 1e6
 _LONGITUDINAL = ("alpha", "q", "de", "V")
@@ -96,7 +97,7 @@ class ProductTerm(Term):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LateTerm(UnsteadyTerm):
+class LaggedTerm(UnsteadyTerm):
     """What follows a variable with one lag, and has nothing of its present value."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
@@ -145,7 +146,7 @@ def create_unnamed_term(term_id: str) -> Term | None:
     )  # fmt: skip
     # What a coefficient's own variable adds late, it has had at once in the linear build-up.
     late = f"({variable} - late {variable})" if own_axes else f"late {variable}"
-    return (UnsteadyTerm if own_axes else LateTerm)(
+    return (UnsteadyTerm if own_axes else LaggedTerm)(
         id=term_id,
         title=f"{target} follows {variable} late",
         equation=f"{target} += {size.name} * {late}, lag {LAG_TIME:g} s",
