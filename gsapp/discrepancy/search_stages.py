@@ -9,7 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from gsapp.discrepancy.candidates import CandidateEffect
-from gsapp.discrepancy.effect_selection import CandidateScreening, EffectDecision, log_priors
+from gsapp.discrepancy.effect_selection import (
+    CandidateScreening,
+    EffectDecision,
+    detection_threshold,
+    log_priors,
+)
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model, load_model
@@ -143,6 +148,12 @@ class SearchStage:
     equivalent_effects: tuple[str, ...] = ()
     """The set that the effect stands for, itself with it, where these flights cannot tell which."""
 
+    def gain_of(self, effect: str) -> float:
+        """Return what an effect gains in the competition; infinite where it does not compete."""
+        ids = [one.id for one in self.screening.candidates]
+        named = effect.replace(".reversed", ".scale")
+        return float(self.decision.gain[ids.index(named)]) if named in ids else float("inf")
+
 
 def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     """Return the set that the best of a stage's decision can stand for; empty where it cannot.
@@ -161,6 +172,20 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     ids = tuple(one.id for one in decision.alternatives)
     alike = all(cosines[stage.screening.index(one)] >= SEARCH.min_equivalence_cosine for one in ids)
     return ids if alike else ()
+
+
+def next_effect(
+    found: Sequence[SearchStage], last: SearchStage, most_names: int, false_alarm: float
+) -> CandidateEffect | None:
+    """Return what to add next: what was named, or the structure for which there is no name.
+
+    None if nothing is proven, or the stages `found` hold as many names as they may.
+    """
+    names = sum(not is_unnamed(one.added) for one in found)
+    is_clear = last.decision.kind == "name" or equivalent_effects_of(last)
+    if last.decision.kind == "unexplained" and not is_clear:
+        return best_unnamed(last, detection_threshold(false_alarm, last.screening.candidates))
+    return last.decision.best if is_clear and names < most_names else None
 
 
 def best_unnamed(stage: SearchStage, least: float) -> CandidateEffect | None:
@@ -201,10 +226,10 @@ def find_wrong_effects(stages: Sequence[SearchStage], first: int) -> tuple[int, 
 
 def _is_misnamed(before: SearchStage, after: SearchStage, later: Sequence[SearchStage]) -> bool:
     """Return whether much of what a name explained is like structure that has none."""
-    explained = _gain_of(before, after.added)
+    explained = before.gain_of(after.added)
     alike = _alike(before.screening, after.added)
     left = sum(
-        _gain_of(earlier, one.added)
+        earlier.gain_of(one.added)
         for earlier, one in pairwise((after, *later))
         if is_unnamed(one.added) and one.added in alike
     )
@@ -223,12 +248,6 @@ def _is_rest(stages: Sequence[SearchStage]) -> bool:
         is_unnamed(after.added) and stages[-1].added in _alike(before.screening, after.added)
         for before, after in pairwise(stages[:-1])
     )
-
-
-def _gain_of(stage: SearchStage, effect: str) -> float:
-    ids = [one.id for one in stage.screening.candidates]
-    named = effect.replace(".reversed", ".scale")
-    return float(stage.decision.gain[ids.index(named)]) if named in ids else float("inf")
 
 
 def _alike(screening: CandidateScreening, effect: str) -> list[str]:

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.investigation import Investigation, _check_gain, _Search
+from gsapp.discrepancy.effect_fitting import EffectFitter, check_gain
+from gsapp.discrepancy.investigation import Investigation, _Search
 from gsapp.discrepancy.results import DiscrepancyResult, explain_verdict, find_alternatives
 from gsapp.discrepancy.search_checks import check_instruments
 from gsapp.discrepancy.search_stages import fit_baseline
@@ -91,9 +92,10 @@ def test_a_full_fit_that_gains_nothing_refuses_the_effect(search: Investigation)
     best = stage.decision.best
     assert best is not None
     with pytest.raises(FlightError, match=f"{EFFECT}: 0 gained"):
-        _check_gain(stage, stage.fit, best, SETTINGS.false_alarm)
-    borne_out = run._fitted_with(stage.fit, best, stage.screening, "")
-    _check_gain(stage, borne_out, best, SETTINGS.false_alarm)
+        check_gain(stage, stage.fit, best, SETTINGS.false_alarm)
+    fitter = EffectFitter(AIRCRAFT, SETTINGS.false_alarm, lambda _: None)
+    borne_out = fitter.fitted(stage.fit, best, stage.screening, "")
+    check_gain(stage, borne_out, best, SETTINGS.false_alarm)
 
 
 def test_what_maneuvers_kept_out_refute_is_no_alternative_to_itself(

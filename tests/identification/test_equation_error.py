@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from gsapp.aircraft import load_aircraft
+from gsapp.dynamics.effects.unnamed_terms import unnamed_ids
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
 from gsapp.identification import ftr
@@ -371,6 +372,9 @@ def test_from_nothing_the_linear_terms_come_first():
 def test_the_pool_holds_no_term_twice():
     pool = candidate_terms("Cm", load_aircraft("b777"))
     assert {"Cm_alpha", "aero.Cm.alpha2", "aero.Cm.alpha_de", "unnamed.Cm.de2"} <= set(pool)
+    # One id for one term: what the search calls it.
+    searched = unnamed_ids(throttle=False, flap=False)
+    assert {"unnamed.Cm.q2", "unnamed.Cm.q_de"} <= set(pool) & set(searched)
     assert "unnamed.Cm.alpha2" not in pool
     assert "aero.Cm.memory" not in pool
 

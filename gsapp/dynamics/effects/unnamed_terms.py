@@ -170,6 +170,15 @@ def unnamed_ids(*, throttle: bool, flap: bool) -> tuple[str, ...]:
     return tuple(found)
 
 
+def product_id(target: str, *variables: str) -> str:
+    """Return the id of a product of two variables of the equations, as `unnamed_ids` writes it."""
+    lateral = target in LATERAL_COEFFICIENTS
+    order = (*_LATERAL, *_LONGITUDINAL) if lateral else (*_LONGITUDINAL, *_LATERAL)
+    names = sorted((one.removesuffix("_hat") for one in variables), key=order.index)
+    structure = f"{names[0]}2" if names[0] == names[1] else "_".join(names)
+    return f"{PREFIX}{target}.{structure}"
+
+
 def _lateral_structures(inputs: Sequence[str]) -> list[str]:
     names = [f"{one}_{other}" for one in _LATERAL for other in (*_LONGITUDINAL, *inputs)]
     names += [f"{one}3" for one in _LATERAL]

@@ -1,7 +1,7 @@
 """Which terms a coefficient needs: forward and backward, by what the data can prove.
 
 The pool holds the linear terms, the effects of the catalog that enter this coefficient, and
-squares and products without a name (``unnamed.Cm.alpha_q_hat``). Each round takes the candidate
+squares and products without a name (``unnamed.Cm.alpha_q``). Each round takes the candidate
 that explains most of what is left. It stays if its partial F, with the bound that believes in
 colored residuals, is large enough and stretches of the record that were left out are predicted
 better with it (PRESS, stretch by stretch: neighboring samples are no witnesses of their own).
@@ -23,6 +23,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import create_linear_terms, linear_variables
 from gsapp.dynamics.effect_terms import StallTerm
+from gsapp.dynamics.effects.unnamed_terms import product_id
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import Monomial, Parameter, Term, create_term, effect_ids
 from gsapp.foundation import FlightError
@@ -100,7 +101,7 @@ def candidate_terms(coefficient: str, aircraft: Aircraft) -> dict[str, Term]:
     for variable, name in zip(
         linear_variables(coefficient).values(), _linear_names(coefficient), strict=True
     ):
-        pool[name] = _product_term(name, coefficient, (variable,), (1,))
+        pool[name] = _linear_term(name, coefficient, variable)
         seen.add(((variable, 1),))
     for term_id in effect_ids():
         group, target, *_ = term_id.split(".")
@@ -117,10 +118,8 @@ def candidate_terms(coefficient: str, aircraft: Aircraft) -> dict[str, Term]:
         powers = ((one, 2),) if one == two else tuple(sorted(((one, 1), (two, 1))))
         if powers in seen:
             continue
-        name = f"unnamed.{coefficient}." + (f"{one}2" if one == two else f"{one}_{two}")
-        pool[name] = _product_term(
-            name, coefficient, tuple(x for x, _ in powers), tuple(n for _, n in powers)
-        )
+        name = product_id(coefficient, one, two)
+        pool[name] = create_term(name, aircraft)
     return pool
 
 
@@ -195,20 +194,17 @@ def _linear_names(coefficient: str) -> tuple[str, ...]:
     return tuple(parameter.name for parameter in terms[coefficient].parameters[1:])
 
 
-def _product_term(
-    name: str, coefficient: str, reads: tuple[str, ...], powers: tuple[int, ...]
-) -> Monomial:
-    words = " ".join(x if n == 1 else f"{x}^{n}" for x, n in zip(reads, powers, strict=True))
+def _linear_term(name: str, coefficient: str, variable: str) -> Monomial:
     return Monomial(
         id=name,
-        title=f"{coefficient} from {words}",
-        equation=f"{coefficient} += size {words}",
+        title=f"{coefficient} from {variable}",
+        equation=f"{coefficient} += {name} {variable}",
         target=coefficient,
-        reads=reads,
-        powers=powers,
+        reads=(variable,),
+        powers=(1,),
         parameters=(
             Parameter(
-                name="size",
+                name=name,
                 unit="",
                 default=1.0,
                 bounds=(-1e6, 1e6),
