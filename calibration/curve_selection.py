@@ -188,11 +188,11 @@ def _find_worst_outlier(
     kept = np.maximum(1.0 - leverage, 1e-9)
     gone = fit.weights * fit.residuals**2 / kept
     scatter = np.sqrt(np.maximum(fit.degrees_of_freedom * fit.scatter**2 - gone, 0.0) / freedom)
-    place = int(np.argmax(np.where(leverage < 0.999, gone, 0.0)))
+    index = int(np.argmax(np.where(leverage < 0.999, gone, 0.0)))
     allowed = float(stdtrit(freedom, 1.0 - 0.5 * CALIBRATION.outlier_significance / len(readings)))
     # Rounding is no outlier: without any scatter there is nothing to compare with.
-    least = max(float(scatter[place]), 1e-9 * float(np.ptp(readings.values)))
-    return least, float(np.sqrt(gone[place])) / (allowed * least), place
+    least = max(float(scatter[index]), 1e-9 * float(np.ptp(readings.values)))
+    return least, float(np.sqrt(gone[index])) / (allowed * least), index
 
 
 def _cross_validation_errors(readings: CalibrationReadings) -> dict[int, FloatArray]:

@@ -80,8 +80,8 @@ def compute_drift(new: Certificate, former: Certificate) -> Drift:
     points = [replace(point, volts=point.volts * ratio) for point in new.points]
     shift, significant, _ = _fit_shift(former, points)
     verdict = "more than the points explain" if significant else "within the uncertainty"
-    words = f"since {former.stamp:%Y-%m-%d %H:%M} {_shift_text(shift, former)}, {verdict}"
-    return Drift(**shift.model_dump(), significant=significant, sentence=words)
+    text = f"since {former.stamp:%Y-%m-%d %H:%M} {_shift_text(shift, former)}, {verdict}"
+    return Drift(**shift.model_dump(), significant=significant, sentence=text)
 
 
 def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoint]) -> CheckResult:
@@ -98,16 +98,16 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
         If the points are at fewer than two settings.
     """
     shift, significant, largest = _fit_shift(certificate, points)
-    words = _shift_text(shift, certificate)
+    text = _shift_text(shift, certificate)
     return CheckResult(
         **shift.model_dump(),
         largest=largest,
         off=tuple(_branch_residuals(certificate, CalibrationReadings.from_points(points)).tolist()),
         passed=not significant,
         sentence=(
-            f"{words}; certificate invalid, calibrate again"
+            f"{text}; certificate invalid, calibrate again"
             if significant
-            else f"certificate valid: {words}, within the uncertainty"
+            else f"certificate valid: {text}, within the uncertainty"
         ),
     )
 

@@ -257,10 +257,10 @@ class _Reader:
         tables = self._file.instruments
         for kind, names in _OF_KIND.items():
             given = [table.channel for table in tables if table.kind == kind]
-            for at, table in enumerate(tables):
+            for index, table in enumerate(tables):
                 if table.kind == kind and table.channel not in names:
                     self._report(
-                        at, "kind", f"'{kind}' is not one of '{table.channel}'",
+                        index, "kind", f"'{kind}' is not one of '{table.channel}'",
                         f"such are {', '.join(names)}",
                     )  # fmt: skip
             missing = [name for name in _NEEDED.get(kind, ()) if name not in given]

@@ -181,7 +181,7 @@ def _columns(
     columns: dict[str, _Column] = {}
     direction_at: int | None = None
     seen: set[str] = set()
-    for place, heading in enumerate(headings):
+    for index, heading in enumerate(headings):
         match = _HEADING.fullmatch(heading)
         name = match["name"].lower() if match else heading
         key = names.get(name)
@@ -193,14 +193,14 @@ def _columns(
             problems.append(_problem(line, f"there are two columns for {key}", "keep one"))
         seen.add(key)
         if key == "direction":
-            direction_at = place
+            direction_at = index
             continue
         if match["unit"] is None:
             usual = spec.si_display if key == "value" else _USUAL_SIGNALS.get(name, "V")
             problems.append(_problem(line, f"'{name}' has no unit", f"write '{name} [{usual}]'"))
             continue
         try:
-            columns[key] = _column(place, name, key, match["unit"], spec)
+            columns[key] = _column(index, name, key, match["unit"], spec)
         except UnitError as error:
             problems.append(FileProblem.from_error(f"line {line}", error))
     for key, example in (("value", "angle [deg]"), ("volts", "volts [V]")):

@@ -199,9 +199,9 @@ def _shift_certificate(
     shift = float(former.evaluate(volts)) - pressure
     by = value - from_si(pressure + shift, former.unit, key)
     passed = abs(shift) <= tolerance
-    words = "within" if passed else "more than"
+    text = "within" if passed else "more than"
     title = channel(name).title
-    sentence = f"{title} was {shift:+.0f} Pa off, {words} the {tolerance:.0f} Pa of allowed drift."
+    sentence = f"{title} was {shift:+.0f} Pa off, {text} the {tolerance:.0f} Pa of allowed drift."
     coefficients = (former.coefficients[0] + by, *former.coefficients[1:])
     # At no pressure the transducer is at the end of its range, and its noise goes beyond.
     margin = max(10.0 * rest.std[name], 5.0 * ADC_RESOLUTION)

@@ -67,8 +67,8 @@ class CalibrationInForce:
             return _warning(f"{len(lacking)} uncalibrated", "Not calibrated", lacking)
         held = {name: self._stamp(name) for name in chosen if name in self.certificates}
         if not held:
-            words = "No certificate in force: the aircraft sends engineering units"
-            return CalibrationStatus(state="unknown", summary="none", detail=words)
+            text = "No certificate in force: the aircraft sends engineering units"
+            return CalibrationStatus(state="unknown", summary="none", detail=text)
         if moved := [
             name for name in held if self.failed_checks.get(name) == self.certificates[name].stamp
         ]:
@@ -145,5 +145,5 @@ def _titles(names: Collection[str]) -> str:
     return format_names(titles, _MOST_NAMED) if len(titles) > _MOST_NAMED else ", ".join(titles)
 
 
-def _warning(words: str, what: str, names: Collection[str]) -> CalibrationStatus:
-    return CalibrationStatus(state="warning", summary=words, detail=f"{what}: {_titles(names)}")
+def _warning(text: str, what: str, names: Collection[str]) -> CalibrationStatus:
+    return CalibrationStatus(state="warning", summary=text, detail=f"{what}: {_titles(names)}")

@@ -64,8 +64,8 @@ class SettingsDialog(FormDialog):
     @staticmethod
     def _choice(entries: Any) -> QComboBox:
         box = QComboBox()
-        for value, words in entries:
-            box.addItem(tr(words), value)
+        for value, text in entries:
+            box.addItem(tr(text), value)
         return box
 
     def show_values(self, settings: Settings) -> None:

@@ -47,13 +47,13 @@ def create_error_report(error: BaseException) -> ErrorReport:
             details=details,
             is_expected=True,
         )
-    words = str(error).splitlines()[0] if str(error) else tr("no details")
+    text = str(error).splitlines()[0] if str(error) else tr("no details")
     return ErrorReport(
         message=(
             tr(
                 "Internal error ({name}: {words}). Recording is not affected. "
                 "{keys} copies the details for a report."
-            ).format(name=type(error).__name__, words=words, keys=shortcut_text("Ctrl+Shift+C"))
+            ).format(name=type(error).__name__, words=text, keys=shortcut_text("Ctrl+Shift+C"))
         ),
         details=details,
         is_expected=False,

@@ -226,11 +226,11 @@ class FlightController(QObject):
             raise FlightError(
                 tr("{name} holds no samples yet; nothing to export").format(name=session.name)
             )
-        words = tr("writing {count:,} rows").format(count=len(flight.block))
-        progress(0.0, words)
+        text = tr("writing {count:,} rows").format(count=len(flight.block))
+        progress(0.0, text)
         return write_block(
             path, flight.block, kind, self._store.current.units.lower(),
-            lambda share: progress(share, words),
+            lambda share: progress(share, text),
         )  # fmt: skip
 
     def _refresh(self, session: Session) -> None:

@@ -174,10 +174,10 @@ class FlightOpener(QObject):
         if not request.append:
             check_not_finished(request.folder, tr("choose a new name"))
         if record_state(request.folder) == "interrupted":
-            words = tr("The recorder of {name} ended unexpectedly; continuing it.").format(
+            text = tr("The recorder of {name} ended unexpectedly; continuing it.").format(
                 name=request.folder.name
             )
-            self.message_posted.emit("note", words)
+            self.message_posted.emit("note", text)
         if not request.folder.exists():
             begun.folder = request.folder
         folder = request.prepare_folder(request.folder, request.link, name=request.title)
@@ -332,10 +332,10 @@ class FlightOpener(QObject):
 
     def _undo(self, begun: PendingFlight, why: str) -> None:
         if begun.undo() and begun.folder is not None:
-            words = tr("Data received before the flight was {why} is in {folder}.").format(
+            text = tr("Data received before the flight was {why} is in {folder}.").format(
                 why=why, folder=begun.folder
             )
-            self.message_posted.emit("note", words)
+            self.message_posted.emit("note", text)
 
     def _finish_opening(self, begun: PendingFlight, back_to: float | None) -> None:
         self._start_next(begun)

@@ -192,11 +192,11 @@ class StartOptionButton(QAbstractButton):
         painter.setFont(style.font("label"))
         keys = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
         painter.drawText(line, keys, shortcut_text(choice.key))
-        words = QFontMetricsF(painter.font()).elidedText(
+        text = QFontMetricsF(painter.font()).elidedText(
             self._words, Qt.TextElideMode.ElideRight, line.width()
         )
         below = line.translated(0, style.px(24))
-        painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
+        painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, text)
 
     def _paint_tall(self, painter: QPainter, box: QRectF) -> None:
         style, choice = self._style, self.option

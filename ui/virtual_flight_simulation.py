@@ -54,9 +54,9 @@ def simulate_virtual_flight(
         words_of_it += tr(" with a hidden effect")
     with contextlib.ExitStack() as stack:
         stack.callback(shutil.rmtree, scratch, ignore_errors=True)
-        words = stack.enter_context(tempfile.TemporaryFile())
+        text = stack.enter_context(tempfile.TemporaryFile())
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=words
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=text
         )
         try:
             while process.poll() is None:
@@ -67,8 +67,8 @@ def simulate_virtual_flight(
                 process.terminate()
                 process.wait(5.0)
         if process.returncode != 0:
-            words.seek(0)
-            said = words.read().decode("utf-8", "replace").strip().splitlines()
+            text.seek(0)
+            said = text.read().decode("utf-8", "replace").strip().splitlines()
             raise GroundStationError(
                 tr("the virtual flight was not written: {reason}").format(
                     reason=said[-1] if said else tr("no word from it")

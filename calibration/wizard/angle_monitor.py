@@ -440,11 +440,11 @@ class AngleFaultMonitor:
             )
         return ()
 
-    def _dead(self, words: str) -> InstrumentFault:
+    def _dead(self, text: str) -> InstrumentFault:
         return InstrumentFault(
             kind="dead",
             channel=self._instrument.channel,
-            sentence=f"{self._instrument.title}: {words}",
+            sentence=f"{self._instrument.title}: {text}",
         )
 
     @property

@@ -212,9 +212,9 @@ class SampleSlicer:
         new = block.times > self._last
         names = [*(f"{name}_volts" for name in self._channels), "excitation"]
         values = np.full((len(block), len(names)), np.nan)
-        for at, name in enumerate(names):
+        for index, name in enumerate(names):
             if name in block:
-                values[:, at] = block[name]
+                values[:, index] = block[name]
         self._times = np.concatenate([self._times, block.times[new]])
         self._values = np.concatenate([self._values, values[new]])
         if not self._times.size:
@@ -234,7 +234,7 @@ class SampleSlicer:
                 start=number * WIZARD.slice_duration,
                 end=(number + 1) * WIZARD.slice_duration,
                 times=times[first:last],
-                volts={name: part[:, at] for at, name in enumerate(self._channels)},
+                volts={name: part[:, index] for index, name in enumerate(self._channels)},
                 excitation=part[:, -1],
             )
 

@@ -57,8 +57,8 @@ def build_schedule(
 
 def _leg(values: tuple[float, ...], direction: Direction) -> tuple[ScheduledSetting, ...]:
     return tuple(
-        ScheduledSetting(value=value, direction=direction, is_turning_point=at == 0)
-        for at, value in enumerate(values)
+        ScheduledSetting(value=value, direction=direction, is_turning_point=index == 0)
+        for index, value in enumerate(values)
     )
 
 
@@ -168,9 +168,9 @@ class GyroProgress:
         """Return the turns that are still to be made, by their place in `requested_turns`."""
         done = self.left_out | {slot for slot, _ in self.turns}
         return tuple(
-            at
-            for at, asked in enumerate(self.requested_turns)
-            if at not in done and asked.channel not in self.unresponsive
+            index
+            for index, asked in enumerate(self.requested_turns)
+            if index not in done and asked.channel not in self.unresponsive
         )
 
     @property

@@ -140,5 +140,5 @@ def _direction_text(instrument: InstrumentPlan, slot: ScheduledSetting) -> tuple
     return (up, down) if slot.direction == "up" else (down, up)
 
 
-def _last(words: str) -> str:
-    return words.rpartition(" ")[2]
+def _last(text: str) -> str:
+    return text.rpartition(" ")[2]

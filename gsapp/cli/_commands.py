@@ -84,7 +84,7 @@ class _Command(TyperCommand):
                 and (record := parameter.get_help_record(ctx)) is not None
             ]
             tidy = _without_type if kind == "argument" else _with_metavar
-            records = [(tidy(name), words) for name, words in records]
+            records = [(tidy(name), text) for name, text in records]
             if records:
                 with formatter.section(title):
                     formatter.write_dl(records)

@@ -53,8 +53,8 @@ class PlainConsole(Console):
 
     def progress(self, *columns: ProgressColumn, **options: Any) -> Progress:
         """Return a progress bar after the words that say what is being done."""
-        words = TextColumn("{task.description}", markup=False)
-        return Progress(words, BarColumn(), *columns, console=self, transient=True, **options)
+        text = TextColumn("{task.description}", markup=False)
+        return Progress(text, BarColumn(), *columns, console=self, transient=True, **options)
 
     def run_with_progress_bar(
         self, work: Callable[[StatusCallback, CampaignProgressCallback], WorkResult]
@@ -69,8 +69,8 @@ class PlainConsole(Console):
         with self.progress(TimeRemainingColumn()) as bar:
             task = bar.add_task("reading", total=None)
 
-            def doing(words: str) -> None:
-                bar.update(task, total=None, description=words)
+            def doing(text: str) -> None:
+                bar.update(task, total=None, description=text)
 
             def step(done: int, total: int, what: str) -> None:
                 bar.update(task, completed=done, total=total, description=what or "done")

@@ -81,8 +81,11 @@ def print_flight(console: PlainConsole, flight: Flight) -> None:
         if frames.lines or frames.bad_lines:
             console.print(f"lines: {frames.lines} good, {frames.bad_lines} excluded")
     noticed = [event for event in flight.events if event.kind in NOTICE_KINDS]
-    told = [*flight.remarks, *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES])]
-    for sentence in told:
+    remarks = [
+        *flight.remarks,
+        *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
+    ]
+    for sentence in remarks:
         console.print_sentence(sentence, "yellow")
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
@@ -98,7 +101,7 @@ def print_flights(console: PlainConsole, flights: Sequence[Flight], remarks: Seq
         channels = ", ".join(flight.block.channels)
         table.add_row(flight.name, f"{flight.duration:z.1f}", rate, channels)
     console.print(table)
-    told = [f"{flight.name}: {words}" for flight in flights for words in flight.remarks]
+    told = [f"{flight.name}: {text}" for flight in flights for text in flight.remarks]
     for sentence in (*remarks, *told):
         console.print_sentence(sentence, "yellow")
 
@@ -116,7 +119,7 @@ def print_calibration(console: PlainConsole, flights: Iterable[Flight]) -> None:
 def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
     """Return what is to be said of the calibration of each flight, with its name."""
     return tuple(
-        f"{flight.name}: {words}" for flight in flights for words in flight.calibration_remarks
+        f"{flight.name}: {text}" for flight in flights for text in flight.calibration_remarks
     )
 
 

@@ -181,9 +181,9 @@ def is_same_path(target: Path, source: Path) -> bool:
 def _belongs_to_flight(target: Path) -> bool:
     from gsapp.flight.file_names import FLIGHT_FOLDER_FILES
 
-    place = target.resolve()  # what a link leads to is written
-    if place.name.casefold() in FLIGHT_FOLDER_FILES:
+    path = target.resolve()  # what a link leads to is written
+    if path.name.casefold() in FLIGHT_FOLDER_FILES:
         from gsapp.flight.folder import is_flight_folder
 
-        return is_flight_folder(place.parent)
+        return is_flight_folder(path.parent)
     return False

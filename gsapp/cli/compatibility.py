@@ -79,12 +79,12 @@ def compatibility(
     print_calibration(console, (one.flight for one in flown))
     _describe(console, result)
     for one in flown:
-        for words in one.remarks if given.maneuver_windows else ():
-            if words not in one.flight.remarks:  # told already
-                console.print_sentence(words, "yellow")
+        for text in one.remarks if given.maneuver_windows else ():
+            if text not in one.flight.remarks:  # told already
+                console.print_sentence(text, "yellow")
     for one in () if result.parameters else flown:
-        for words in uncalibrated_text(one.flight):
-            console.print_sentence(f"{one.flight.name}: {words}")
+        for text in uncalibrated_text(one.flight):
+            console.print_sentence(f"{one.flight.name}: {text}")
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:
@@ -136,8 +136,8 @@ def _describe(console: PlainConsole, result: CompatibilityResult) -> None:
                 table.add_row(name, one.status.replace("-", " "), "", one.why)
             else:
                 value, std = (
-                    convert_text_units(words, DISPLAY_UNITS.get())
-                    for words in format_error_with_bound(name, one.value, one.std)
+                    convert_text_units(text, DISPLAY_UNITS.get())
+                    for text in format_error_with_bound(name, one.value, one.std)
                 )
                 table.add_row(name, value, std, "")
         console.print_unwrapped(table)

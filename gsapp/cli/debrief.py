@@ -202,8 +202,8 @@ def print_debrief(console: PlainConsole, debrief: Debrief) -> None:
     for one in debrief.maneuvers:
         console.print_sentence(f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
     print_score(console, debrief.cards, debrief.score)
-    for words in debrief.limitations:
-        console.print_sentence(words, "dim")
+    for text in debrief.limitations:
+        console.print_sentence(text, "dim")
 
 
 def print_score(console: PlainConsole, cards: Sequence[CardScore], score: float | None) -> None:
@@ -234,8 +234,8 @@ def print_trends(console: PlainConsole, found: Sequence[FlightTrend]) -> None:
         )
     console.print_unwrapped(table)
     for one in found:
-        told = [f"{SURFACE_NAMES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
-        sizes = f"{', '.join(told)} of the target" if told else "no target"
+        parts = [f"{SURFACE_NAMES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
+        sizes = f"{', '.join(parts)} of the target" if parts else "no target"
         worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
         off = (
             f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""

@@ -276,8 +276,8 @@ def _print_status(
     from gsapp.flight.folder import FlightFolder
     from gsapp.flight.onboard_log.log_storage import list_logs
 
-    def say(words: str) -> None:
-        console.print(words, soft_wrap=True)
+    def say(text: str) -> None:
+        console.print(text, soft_wrap=True)
 
     logs = list_logs(FlightFolder.open(flight.path))
     state = flight.onboard

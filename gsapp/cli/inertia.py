@@ -54,8 +54,8 @@ def inertia(
         share = result.shares[name]
         largest = max(share, key=lambda key: share[key]) if share else "none stated"
         percent = f"{100.0 * one.std / abs(one.value):z.1f}" if one.value else ""
-        words = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
-        table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, words)
+        text = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
+        table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, text)
     console.print_unwrapped(table)
     parts = Table("", "full period", "cradle", "to the CG, with air", title=f"Made of, {unit}")
     for name, part in result.parts.items():

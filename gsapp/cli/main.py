@@ -186,11 +186,11 @@ def _error_message(error: Exception) -> str | None:
     if isinstance(error, OSError):
         from gsapp.foundation.errors import os_error_remedy
 
-        said = error.strerror or str(error)
+        text = error.strerror or str(error)
         if error.filename is None:
             # A name is missing where what was printed could not be written.
-            return f"{said}; {os_error_remedy(error)}" if error.errno else said
+            return f"{text}; {os_error_remedy(error)}" if error.errno else text
         name = str(error.filename)
         shown = name if len(name) <= _LONGEST_NAME else f"{name[:40]}...{name[-40:]}"
-        return f"{shown}: {said}; {os_error_remedy(error)}"
+        return f"{shown}: {text}; {os_error_remedy(error)}"
     return None

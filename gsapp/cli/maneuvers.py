@@ -141,14 +141,14 @@ def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> 
     console.print_unwrapped(table)
     for one in found.maneuvers:
         if one.use is not None:
-            words = "used in estimates" if one.use else "left out of estimates"
-            console.print(f"{one.id}: {words}, by hand")
+            text = "used in estimates" if one.use else "left out of estimates"
+            console.print(f"{one.id}: {text}, by hand")
         if one.note:
             console.print_sentence(f"{one.id}: {one.note}")
         if one.reasons:
             console.print_sentence(f"{one.id}: {'; '.join(one.reasons)}")
     told = [
-        *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
+        *(f"{grade}: {text}" for grade, text in GRADES.items() if found.maneuvers),
         f"airborne detection by {found.airborne_criterion}; noise from {found.noise.source}",
     ]
     for sentence in told:
@@ -198,13 +198,13 @@ def print_card_status(
             Text(one.state, _CARD_COLORS[one.state]),
         )
     console.print_unwrapped(table)
-    told = [
+    remarks = [
         f"{one.card.id}: maneuver {attempt.maneuver.id} not counted: {'; '.join(attempt.reasons)}"
         for one in flown.cards
         for attempt in one.attempts
         if not attempt.is_counted
     ]
     if flown.unplanned:
-        told.append(f"not on a card: {', '.join(one.id for one in flown.unplanned)}")
-    for sentence in told:
+        remarks.append(f"not on a card: {', '.join(one.id for one in flown.unplanned)}")
+    for sentence in remarks:
         console.print_sentence(sentence)

@@ -214,14 +214,14 @@ def _change(console: PlainConsole, store: Catalog, what: str, typed: Sequence[st
     number = int(typed[0])
     if what == "forget":
         run_store.forget_run(store, number)
-        said = f"was deleted; 'gsapp runs {store.path} recall {number}' restores it"
+        text = f"was deleted; 'gsapp runs {store.path} recall {number}' restores it"
     elif what == "recall":
         run_store.recall_run(store, number)
-        said = "is restored"
+        text = "is restored"
     else:
         run_store.rename_run(store, number, typed[1])
-        said = f"is named '{typed[1].strip()}'"
-    console.print(f"run {typed[0]} {said}", soft_wrap=True)
+        text = f"is named '{typed[1].strip()}'"
+    console.print(f"run {typed[0]} {text}", soft_wrap=True)
     return [_brief(one) for one in run_store.stored_runs(store)]
 
 
@@ -289,11 +289,11 @@ def _print_run(console: PlainConsole, one: StoredRun) -> None:
         listed = console.create_table("")
         listed.add_column(heading, overflow="fold")
         listed.add_column("", overflow="fold")
-        for name, words in rows:
-            listed.add_row(name, words)
+        for name, text in rows:
+            listed.add_row(name, text)
         console.print(listed)
-    said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
-    for sentence in (*said, *one.remarks):
+    remarks = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
+    for sentence in (*remarks, *one.remarks):
         console.print_sentence(sentence, "yellow")
 
 

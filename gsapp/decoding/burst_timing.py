@@ -88,8 +88,8 @@ class BurstSpreader:
             if arrivals.last is not None:
                 period = min(period, (newest - arrivals.last) // count)
             first = newest - (count - 1) * period
-            for place, item in enumerate(arrivals.held):
-                found.append(SpreadItem(stream, first + place * period, item))
+            for index, item in enumerate(arrivals.held):
+                found.append(SpreadItem(stream, first + index * period, item))
             arrivals.held = []
             arrivals.last = newest
         return found

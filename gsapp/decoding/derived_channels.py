@@ -188,9 +188,9 @@ class SlowInput:
 
     def _at(self, time: float) -> float:
         for since, values in zip(self._since, self._values, strict=True):
-            place = bisect_left(since, time) - 1
-            if place >= 0 and time - since[place] <= DECODING.max_hold:
-                value = values[place]
+            index = bisect_left(since, time) - 1
+            if index >= 0 and time - since[index] <= DECODING.max_hold:
+                value = values[index]
                 if value == value:
                     return value
         return math.nan
@@ -199,6 +199,6 @@ class SlowInput:
         """Drop what no later row will ask for: all but the last sample before a time (us)."""
         for since, values in zip(self._since, self._values, strict=True):
             if len(since) > 256:
-                place = bisect_left(since, before) - 1
-                if place > 0:
-                    del since[:place], values[:place]
+                index = bisect_left(since, before) - 1
+                if index > 0:
+                    del since[:index], values[:index]

@@ -423,11 +423,11 @@ class SourceSelector:
     def _decide(self, row: int, now: int, *, final: bool) -> tuple[GridRows | None, int]:
         """Return the rows from `row` on that are decided alike, and the row after them."""
         limit = settled = _FOREVER
-        for number, source in enumerate(self._sources):
-            rows = self._rows[number]
+        for index, source in enumerate(self._sources):
+            rows = self._rows[index]
             while rows and rows[0].end <= row:
                 rows.popleft()
-            begin, late = self._first_row(number)
+            begin, late = self._first_row(index)
             if row < begin:
                 limit = min(limit, begin)
                 if late:
@@ -444,7 +444,7 @@ class SourceSelector:
                 limit = min(limit, settled)
                 end = piece.end if silent is None else row + _leading_false_count(silent[offset:])
                 end = min(end, limit)
-                self.laid[number] += end - row
+                self.laid[index] += end - row
                 if silent is None and not offset and end == piece.end:
                     return piece, end
                 return piece.slice_rows(row, end), end

@@ -284,14 +284,14 @@ class MessageStream:
         A converter rounds the rail to one of its counts, so a thousandth of the range before
         the end counts as the end.
         """
-        for place, output in enumerate(self.outputs):
+        for index, output in enumerate(self.outputs):
             if output.channel in ranges:
                 bottom, top = ranges[output.channel]
                 margin = DECODING.range_margin * (
                     top - bottom if np.isfinite(top - bottom) else abs(top)
                 )
-                self._low[place], self._high[place] = bottom + margin, top - margin
-                self._limits.append((place, bottom + margin, top - margin))
+                self._low[index], self._high[index] = bottom + margin, top - margin
+                self._limits.append((index, bottom + margin, top - margin))
 
     def convert(self, columns: MessageColumns, count: int) -> FloatArray:
         """Return SI values of n samples, shape (n, n_outputs); NaN where the vehicle does not know.

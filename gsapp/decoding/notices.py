@@ -96,8 +96,8 @@ class StatusTextAssembler:
             due = place + 1
         if not whole:
             data += _MISSING_CHUNK_MARK
-        words = data.decode("utf-8", "replace").strip()
-        return StatusText(parts.stamp_us, key[0], key[1], parts.severity, words)
+        text = data.decode("utf-8", "replace").strip()
+        return StatusText(parts.stamp_us, key[0], key[1], parts.severity, text)
 
 
 STATUSTEXT_ID: Final = 253

@@ -46,8 +46,8 @@ class TextLineParser:
             return f"the channel map '{self._map.name}' does not define its columns"
         cells = data.decode("utf-8", "replace").strip().split(self._map.delimiter)
         numbers = (
-            parse_finite_number(cell) if place in self._used else math.nan
-            for place, cell in enumerate(cells[: self._count])
+            parse_finite_number(cell) if index in self._used else math.nan
+            for index, cell in enumerate(cells[: self._count])
         )
         item = [number for number in numbers if number is not None]
         if len(item) < self._count:
@@ -91,7 +91,7 @@ def _stamp_field(entry: MapEntry) -> StampField | None:
 def routes_by_message(streams: Sequence[MessageStream]) -> dict[int, list[MessageRoute]]:
     """Return the routes to all streams that take frames, by message id."""
     routes: dict[int, list[MessageRoute]] = {}
-    for number, stream in enumerate(streams):
+    for index, stream in enumerate(streams):
         if stream.message == LINE:
             continue
         layout = message_layout(message_id(stream.message))
@@ -106,7 +106,7 @@ def routes_by_message(streams: Sequence[MessageStream]) -> dict[int, list[Messag
                 value.encode() if layout.is_text(field) else _stripped_payload_bytes(int(value))
             )
         route = MessageRoute(
-            stream=number,
+            stream=index,
             message=stream.message,
             select_at=select_at,
             selected=selected,
@@ -290,5 +290,5 @@ class LandedState:
 
     def on_ground(self, time: float) -> bool | None:
         """Return whether ground was reported last by a flight time, s; None if nothing was."""
-        place = bisect.bisect_right(self._times, time)
-        return self._states[place - 1] if place else None
+        index = bisect.bisect_right(self._times, time)
+        return self._states[index - 1] if index else None

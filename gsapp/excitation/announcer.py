@@ -65,17 +65,17 @@ class Announcement:
     """Name of a tone to be played with it; empty for none."""
 
 
-def spell_out_units(words: str) -> str:
+def spell_out_units(text: str) -> str:
     """Return words as a voice should say them: units in full."""
-    said = [_ALOUD.get(word.rstrip(",;:."), "") for word in words.split(" ")]
+    said = [_ALOUD.get(word.rstrip(",;:."), "") for word in text.split(" ")]
     return " ".join(
-        unit + word[len(word.rstrip(",;:.")) :] if unit and _follows_number(words, k) else word
-        for k, (word, unit) in enumerate(zip(words.split(" "), said, strict=True))
+        unit + word[len(word.rstrip(",;:.")) :] if unit and _follows_number(text, k) else word
+        for k, (word, unit) in enumerate(zip(text.split(" "), said, strict=True))
     )
 
 
-def _follows_number(words: str, place: int) -> bool:
-    return place > 0 and words.split(" ")[place - 1].replace(".", "").lstrip("-").isdigit()
+def _follows_number(text: str, place: int) -> bool:
+    return place > 0 and text.split(" ")[place - 1].replace(".", "").lstrip("-").isdigit()
 
 
 class Announcer:
@@ -133,11 +133,11 @@ class Announcer:
         return tuple(sorted(said, key=lambda one: _ORDER.index(one.priority)))
 
     def _say(
-        self, time: float, words: str, priority: SpeechPriority, tone: str = ""
+        self, time: float, text: str, priority: SpeechPriority, tone: str = ""
     ) -> Announcement:
-        if words:
+        if text:
             self._last_words = time
-        return Announcement(time=time, text=words, priority=priority, tone=tone)
+        return Announcement(time=time, text=text, priority=priority, tone=tone)
 
     def _silent(self, time: float) -> bool:
         return self._moving or time < self._silent_until
@@ -194,7 +194,7 @@ class Announcer:
         if former == "turn" and trim.state != "turn":
             self._level_at = time + CUES.roll_out_time
         if trim.state == "fly" and trim.worst is not None:
-            words = spell_out_units(trim.worst.format_text(self.system))
+            text = spell_out_units(trim.worst.format_text(self.system))
             due = bool(lost) or (
                 trim.worst.tolerance_ratio <= CUES.max_announced_ratio and time >= self._level_at
             )
@@ -202,20 +202,20 @@ class Announcer:
                 time, _deviation_key(trim.worst), abs(trim.worst.amount), bool(lost)
             )
         elif trim.state == "gusty":
-            due, words = self._nagging.due(time, "gusty", 1.0, bool(lost)), "gusty, wait"
+            due, text = self._nagging.due(time, "gusty", 1.0, bool(lost)), "gusty, wait"
         elif trim.state == "turn" and former in ("go", "hold"):
-            due, words = True, "turn"
+            due, text = True, "turn"
         else:
-            due, words = bool(lost), "hold"
+            due, text = bool(lost), "hold"
         if due:
-            return [self._say(time, words, "prompt", lost)]
+            return [self._say(time, text, "prompt", lost)]
         return [Announcement(time=time, text="", priority="prompt", tone=lost)] if lost else []
 
     def _noted(self, time: float) -> list[Announcement]:
         if self._note is None or time - self._last_words < CUES.note_silence:
             return []
-        words, self._note = self._note, None
-        return [self._say(time, words, "note")]
+        text, self._note = self._note, None
+        return [self._say(time, text, "note")]
 
 
 _ORDER: Final = ("warning", "prompt", "note")

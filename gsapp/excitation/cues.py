@@ -173,13 +173,13 @@ class CueLog:
         self._left = 0.0 if now is None else now.hands_off_left
         if free and now is not None and self._answer is None:
             self._answer = now.t_input
-            words = " and ".join(SURFACE_NAMES[name] for name in now.surfaces)
+            text = " and ".join(SURFACE_NAMES[name] for name in now.surfaces)
             facts = {
                 "t_input": now.t_input,
                 "surfaces": list(now.surfaces),
                 "amplitudes": dict(now.amplitudes),
             }
-            self._add(time, "input", "made", words, facts)
+            self._add(time, "input", "made", text, facts)
             facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
             self._add(time, "hands-off", "begins", "hands off", facts)
 
@@ -225,5 +225,5 @@ class CueLog:
         elif card is None and all_done:
             self._add(time, "card", "done", "all cards are flown", {})
 
-    def _add(self, time: float, kind: Any, state: str, words: str, data: dict[str, Any]) -> None:
-        self.events.append(CueEvent(time=time, kind=kind, state=state, text=words, data=data))
+    def _add(self, time: float, kind: Any, state: str, text: str, data: dict[str, Any]) -> None:
+        self.events.append(CueEvent(time=time, kind=kind, state=state, text=text, data=data))

@@ -57,12 +57,12 @@ class AppliedCertificates:
         gone = [name for name in changed if name not in self.applied]
         other = [name for name in changed if name in self.applied]
         parts = [
-            words
-            for words in (
+            text
+            for text in (
                 f"they differ for {', '.join(other)}" if other else "",
                 f"missing: {', '.join(gone)}" if gone else "",
             )
-            if words
+            if text
         ]
         return f"{head} those of the flight; {' and '.join(parts)}"
 
@@ -97,9 +97,7 @@ def calibration_remarks(
     listed = ", ".join(uncalibrated_channels(sources))
     lacking = f"uncalibrated (no certificate), volts only: {listed}"
     beyond = "" if block is None else _out_of_range_text(used, sources, block)
-    return tuple(
-        words for words in (used.override_text, lacking if listed else "", beyond) if words
-    )
+    return tuple(text for text in (used.override_text, lacking if listed else "", beyond) if text)
 
 
 def calibrated_ranges(

@@ -93,33 +93,33 @@ def apply_flight_info(aircraft: Aircraft, info: FlightInfo | None) -> FlownAircr
     parts.append((fuel - file.fuel, file.fuel_position))
     loaded = _add_loads(file, tuple(parts), file.mass + sum(part[0] for part in parts))
     mass, center = loaded.properties.mass, loaded.center
-    said: list[str] = []
+    remarks: list[str] = []
     by = "the loading and fuel on the card"
     if info.weighing is not None:
         mass, center, sentence = _weighed_mass_and_cg(aircraft, info.weighing, fuel, center)
-        said.append(sentence)
+        remarks.append(sentence)
         by = "the scales"
     if info.takeoff_weight is not None:
         mass, by = info.takeoff_weight / GRAVITY, "the take-off weight on the card"
     _check_mass(mass, fuel, by)
     if abs(mass / file.mass - 1.0) > FLIGHT_DATA.mass_tolerance:
-        said.insert(0, f"mass at take-off {mass:.2f} kg by {by}, not the aircraft file's "
+        remarks.insert(0, f"mass at take-off {mass:.2f} kg by {by}, not the aircraft file's "
                        f"{file.mass:.2f} kg")  # fmt: skip
     if info.weighing is None and math.hypot(*center) >= FLIGHT_DATA.cg_tolerance:
-        said.append(f"loading moves the CG {_offset_text(center)} of the aircraft file's")
-    said.extend(_inertia_text(file, loaded.properties))
+        remarks.append(f"loading moves the CG {_offset_text(center)} of the aircraft file's")
+    remarks.extend(_inertia_text(file, loaded.properties))
     if math.hypot(*center) < FLIGHT_DATA.cg_tolerance:
         center = _ORIGIN
     else:
-        said.append(_reference_point_text(center, aircraft))
-    if not said:
+        remarks.append(_reference_point_text(center, aircraft))
+    if not remarks:
         return FlownAircraft(aircraft=aircraft)
     moved = _move_reference_point(aircraft, center)
     kept = {"mass": mass, "fuel": fuel, "fuel_position": moved.mass.fuel_position}
     return FlownAircraft(
         aircraft=moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)}),
         cg_shift=center,
-        remarks=tuple(said),
+        remarks=tuple(remarks),
     )
 
 
@@ -250,10 +250,10 @@ def _reference_point_text(center: Position, aircraft: Aircraft) -> str:
 
 
 def _offset_text(center: Position) -> str:
-    words = (("ahead", "aft"), ("to the right", "to the left"), ("below", "above"))
+    text = (("ahead", "aft"), ("to the right", "to the left"), ("below", "above"))
     parts = [
         f"{1e3 * abs(value):.0f} mm {ahead if value > 0.0 else aft}"
-        for value, (ahead, aft) in zip(center, words, strict=True)
+        for value, (ahead, aft) in zip(center, text, strict=True)
         if abs(value) >= FLIGHT_DATA.cg_tolerance
     ]
     return ", ".join(parts)

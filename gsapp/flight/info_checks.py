@@ -68,8 +68,8 @@ def check_flight_info(
     """Return what looks like a slip, weights and fuel by the aircraft's file."""
     units = _SHOWN[system]
     return tuple(
-        InfoWarning(field=field, text=convert_text_units(words, system))
-        for field, words in (
+        InfoWarning(field=field, text=convert_text_units(text, system))
+        for field, text in (
             *_weights(info, aircraft, units),
             *_fuel(info, aircraft, units),
             *_scales(info, aircraft, units),

@@ -32,9 +32,9 @@ def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
     firsts = found[np.concatenate(([0], cuts + 1))]
     lasts = found[np.concatenate((cuts, [found.size - 1]))]
     parts = []
-    for place, (first, last) in enumerate(zip(firsts.tolist(), lasts.tolist(), strict=True)):
-        before = 1 if place > 0 else 0
-        after = 1 if place < firsts.size - 1 else 0
+    for index, (first, last) in enumerate(zip(firsts.tolist(), lasts.tolist(), strict=True)):
+        before = 1 if index > 0 else 0
+        after = 1 if index < firsts.size - 1 else 0
         parts.append(np.arange(first - before, last + after + 1, dtype=np.int64))
     return np.concatenate(parts)
 

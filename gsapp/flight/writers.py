@@ -133,8 +133,8 @@ def write_mat(
     layout = ColumnUnits.from_channels(block.channels, system)
     content: dict[str, Any] = {"time": block.times[:, np.newaxis]}
     units: dict[str, str] = {"time": "s"}
-    for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
-        content[variable_name(name)] = layout.convert_column(place, block.values[:, place])[
+    for index, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
+        content[variable_name(name)] = layout.convert_column(index, block.values[:, index])[
             :, np.newaxis
         ]
         units[variable_name(name)] = unit
@@ -178,12 +178,12 @@ def write_parquet(
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
     columns = [pyarrow.array(block.times)]
     lacking = uncalibrated_columns(layout.channels)
-    for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
+    for index, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
         metadata = {"unit": unit, "description": channel(name).description}
         if name in lacking:
             metadata["uncalibrated"] = lacking[name]
         fields.append(pyarrow.field(name, pyarrow.float64(), metadata=metadata))
-        values = layout.convert_column(place, block.values[:, place])
+        values = layout.convert_column(index, block.values[:, index])
         columns.append(pyarrow.array(values, from_pandas=True))
     table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
     with (

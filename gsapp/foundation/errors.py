@@ -98,5 +98,5 @@ def format_os_error(what: object, error: OSError, otherwise: str, *, verb: str =
     `what` is a path, or words that end in one, and `verb` what could not be done with it;
     `otherwise` as for `os_error_remedy`.
     """
-    said = error.strerror or str(error)
-    return f"{what} cannot be {verb} ({said}); {os_error_remedy(error, otherwise)}"
+    text = error.strerror or str(error)
+    return f"{what} cannot be {verb} ({text}); {os_error_remedy(error, otherwise)}"

@@ -204,9 +204,9 @@ def create_sibling_folder(target: Path | str) -> Path:
     `tempfile` is its maker's alone, and stays so under Windows, where no mode opens it. Raise
     OSError if the disk refuses.
     """
-    place = Path(target)
+    path = Path(target)
     while True:
-        made = place.parent / f".{place.name}.{secrets.token_hex(4)}"
+        made = path.parent / f".{path.name}.{secrets.token_hex(4)}"
         with contextlib.suppress(FileExistsError):
             made.mkdir()
             return made
@@ -219,16 +219,16 @@ def atomic_folder(target: Path | str) -> Iterator[Path]:
     One that is empty but for litter may be there already; missing parents are made. Raise OSError
     if the disk refuses, or something else stands there. Nothing is left behind.
     """
-    place = Path(target)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    made = create_sibling_folder(place)
+    path = Path(target)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    made = create_sibling_folder(path)
     try:
         yield made
-        if place.is_dir():
-            for litter in filter(is_system_file, tuple(place.iterdir())):
+        if path.is_dir():
+            for litter in filter(is_system_file, tuple(path.iterdir())):
                 litter.unlink()
-            place.rmdir()
-        move_into_place(made, place)
+            path.rmdir()
+        move_into_place(made, path)
     finally:
         shutil.rmtree(made, ignore_errors=True)
 

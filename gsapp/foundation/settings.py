@@ -123,16 +123,16 @@ class SettingsModel(StrictModel):
         except ValidationError as error:
             first = error.errors()[0]
             field = str(first["loc"][0]) if first["loc"] else ""
-            words = str(first["msg"]).removeprefix("Value error, ")
+            text = str(first["msg"]).removeprefix("Value error, ")
             declared = type(self).model_fields.get(field)
             titles = () if declared is None or not declared.title else (declared.title,)
             where = ".".join(map(str, (*titles, *first["loc"][len(titles) :])))
             if first["type"] == "extra_forbidden":
-                words = f"'{where}' is not a setting"
+                text = f"'{where}' is not a setting"
             elif first["type"] != "value_error":
-                must = words.removeprefix("Input ")  # "Input should be greater than 0"
-                words = f"{where} is {first['input']!r}; it {must[:1].lower()}{must[1:]}"
-            raise SettingError(field, words) from error
+                must = text.removeprefix("Input ")  # "Input should be greater than 0"
+                text = f"{where} is {first['input']!r}; it {must[:1].lower()}{must[1:]}"
+            raise SettingError(field, text) from error
 
     @classmethod
     def title_of(cls, name: str) -> str:

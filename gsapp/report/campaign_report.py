@@ -94,10 +94,10 @@ def _flight_ftr_histories(
 ) -> tuple[FlightEstimateHistory, ...]:
     openings = flight_open_requests(outcome.request)[: REPORT.max_ftr_flights]
     found: list[FlightEstimateHistory] = []
-    for number, opening in enumerate(openings):
-        tell(number / len(openings), f"reading {opening.path.name}")
+    for index, opening in enumerate(openings):
+        tell(index / len(openings), f"reading {opening.path.name}")
         one = flight_cache.open(opening).opened
-        tell((number + 0.5) / len(openings), f"computing FTR over {one.flight.name}")
+        tell((index + 0.5) / len(openings), f"computing FTR over {one.flight.name}")
         found += compute_ftr_histories([(one.flight, one.aircraft)])
     return tuple(found)
 
@@ -108,11 +108,11 @@ def _scaled_progress(
     """Return what tells of a share of some parts of the work."""
     first, last = parts
 
-    def tell(share: float, words: str) -> None:
+    def tell(share: float, text: str) -> None:
         if progress is None:
             return
         done = round(first + share * (last - first))
-        if progress(done, _PROGRESS_STEPS, words) is False:
+        if progress(done, _PROGRESS_STEPS, text) is False:
             raise CanceledError("stopped; nothing was written")
 
     return tell
@@ -121,8 +121,8 @@ def _scaled_progress(
 def _step(tell: ReportProgress) -> Callable[[int, int, str], bool]:
     """Return what tells of steps done as of a share."""
 
-    def step(done: int, total: int, words: str) -> bool:
-        tell(done / total if total else 1.0, f"comparing linear models: {words}".rstrip(": "))
+    def step(done: int, total: int, text: str) -> bool:
+        tell(done / total if total else 1.0, f"comparing linear models: {text}".rstrip(": "))
         return True
 
     return step

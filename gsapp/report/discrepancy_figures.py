@@ -148,7 +148,7 @@ def missing_history_figure(
 ) -> DocumentFigure:
     """Return the missing part of a coefficient over time in some maneuvers, before and after."""
     views = [one for one in found.maneuvers if one.id in maneuvers]
-    place = found.coefficients.index(coefficient)
+    index = found.coefficients.index(coefficient)
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(len(views), 1, sharey=True, squeeze=False)[:, 0]
@@ -167,7 +167,7 @@ def missing_history_figure(
             chart.set_ylabel(f"missing {symbol_mathtext(coefficient)}", color=INK, parse_math=True)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         # One maneuver far beyond the others must not flatten them.
-        sizes = [_finite(np.abs(view.missing[0][:, place])).max(initial=0.0) for view in views]
+        sizes = [_finite(np.abs(view.missing[0][:, index])).max(initial=0.0) for view in views]
         usual = 2.5 * float(np.median(sizes)) if sizes else 0.0
         _clip_axis(charts[0], -usual, usual)
         label_flight_time(charts[-1], PRINT_PALETTE)
@@ -327,8 +327,8 @@ def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> Docum
     """Return one maneuver, measured and computed before and after, with what is left beside it."""
     names = [
         name
-        for place, name in enumerate(view.channels)
-        if np.isfinite(view.measured[:, place]).any()
+        for index, name in enumerate(view.channels)
+        if np.isfinite(view.measured[:, index]).any()
     ]
 
     def draw(container: FigureBase) -> None:

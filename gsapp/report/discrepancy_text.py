@@ -39,8 +39,8 @@ _CLASSES = {
 
 def coefficient_label(coefficient: str) -> str:
     """Return "pitching moment (Cm)"."""
-    words = COEFFICIENT_TITLES.get(coefficient)
-    return f"{words} ({coefficient})" if words else coefficient
+    text = COEFFICIENT_TITLES.get(coefficient)
+    return f"{text} ({coefficient})" if text else coefficient
 
 
 def effect_class_text(effect_class: str) -> str:
@@ -201,8 +201,8 @@ def residual_map(found: DiscrepancyResult, step: int) -> FloatArray:
     """
     sizes = np.full((len(found.maneuvers), len(found.channels)), np.nan)
     for row, view in enumerate(found.maneuvers):
-        for place, name in enumerate(view.channels):
-            left = view.measured[:, place] - view.computed[step][:, place]
+        for index, name in enumerate(view.channels):
+            left = view.measured[:, index] - view.computed[step][:, index]
             left = left[np.isfinite(left)]
             floor = view.noise_floor.get(name, 0.0)
             if left.size and floor > 0.0 and name in found.channels:

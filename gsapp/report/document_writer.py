@@ -185,7 +185,7 @@ def _rendered(
         out / "figures" / f"{number:02d}-{name}.png": png
         for number, (name, png) in enumerate(images.items(), start=1)
     }
-    paper = render_pdf(document, tell=lambda share, words: tell(half + share * (1.0 - half), words))
+    paper = render_pdf(document, tell=lambda share, text: tell(half + share * (1.0 - half), text))
     return {
         **{out / name: content for name, content in beside.items()},
         **figures,

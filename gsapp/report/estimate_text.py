@@ -19,7 +19,7 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
     well = sum(_percent(one) <= REPORT.well_known_percent for one in known)
     maneuvers = sum(one.estimate is not None for one in result.results)
     flights = len({one.maneuver.flight for one in result.results})
-    said = (
+    text = (
         f"{_count(maneuvers, 'maneuver')} of {_count(flights, 'flight')} "
         f"{'gives' if maneuvers == 1 else 'give'} "
         + (
@@ -30,11 +30,11 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
         )
     )
     if summary.outlying_maneuvers:
-        said += (
+        text += (
             f" {_count(len(summary.outlying_maneuvers), 'maneuver')} "
             f"{'is' if len(summary.outlying_maneuvers) == 1 else 'are'} outlying."
         )
-    return said
+    return text
 
 
 def prior_values(result: CampaignResult) -> dict[str, float]:
@@ -145,7 +145,7 @@ def unknown_rows(result: CampaignResult) -> tuple[tuple[str, str, str], ...]:
         for name, found in one.estimate.derivatives.items():
             if name not in given and found.status in ("unknown", "not-identifiable"):
                 why.setdefault(name, (found.status, found.why))
-    order = {name: place for place, name in enumerate(derivative_names())}
+    order = {name: index for index, name in enumerate(derivative_names())}
     names = sorted(why, key=lambda name: order.get(name, len(order)))
     return tuple((name, *why[name]) for name in names)
 

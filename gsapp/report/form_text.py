@@ -95,13 +95,13 @@ def _condition(one: DerivativeForms, form: str, units: str) -> str:
     spec = channel("V")
     unit = spec.display_unit(units)
     V = from_si(one.condition.U1, unit, spec.quantity)
-    said = f"at V = {V:.{spec.decimals(unit)}f} {unit}"
+    text = f"at V = {V:.{spec.decimals(unit)}f} {unit}"
     if form == "dimensional-vane":
         length = "ft" if units == "US" else "m"
         x = from_si(one.vane[0], length, "length")
         angle = "alpha" if one.axis == "lon" else "beta"
-        said += f", {angle} vane {x:.2f} {length} ahead of the CG"
-    return said
+        text += f", {angle} vane {x:.2f} {length} ahead of the CG"
+    return text
 
 
 def _matrix_table(model: LinearModel, title: str) -> FormTable:

@@ -117,12 +117,12 @@ def _numbers(one: AxisValidation, traces: Sequence[ValidationTrace], units: str)
     for trace in traces:
         columns = [trace.times]
         columns += [
-            display_values(name, trace.inputs[:, place], units)
-            for place, name in enumerate(one.inputs)
+            display_values(name, trace.inputs[:, index], units)
+            for index, name in enumerate(one.inputs)
         ]
-        for place, name in enumerate(one.outputs):
+        for index, name in enumerate(one.outputs):
             every = (trace.measured, *(trace.computed[model] for model in one.models))
-            columns += [display_values(name, values[:, place], units) for values in every]
+            columns += [display_values(name, values[:, index], units) for values in every]
         rows += [
             (trace.maneuver, *map(exact_number_text, row))
             for row in np.column_stack(columns).tolist()

@@ -73,12 +73,12 @@ def _draw_plane(chart: Axes, found: Sequence[ModeUncertainty], palette: Palette)
             "pad": 1.0,
                                                     "linewidth": 0.0},
         )  # fmt: skip
-    for place, one in enumerate(found):
+    for index, one in enumerate(found):
         pole = one.mode.pole
         chart.errorbar(
             [pole.real], [pole.imag], xerr=_bar(one.real_std),
-            yerr=_bar(one.imaginary_std) if pole.imag else None, marker=flight_marker(place),
-            markersize=6.0, color=palette.flight(place), linestyle="none",
+            yerr=_bar(one.imaginary_std) if pole.imag else None, marker=flight_marker(index),
+            markersize=6.0, color=palette.flight(index), linestyle="none",
             elinewidth=1.0 * palette.line_scale,
         )  # fmt: skip
         inward = pole.real > 0.5 * left

@@ -98,8 +98,8 @@ def render_pdf(document: Document, *, tell: ReportProgress | None = None) -> byt
         flow.space(0.08)
         for label, value in document.facts:
             flow.text(f"{label}: {value}", _BODY)
-        for number, section in enumerate(document.sections):
-            said(_TYPESETTING_SHARE * number / len(document.sections), "laying out the pages")
+        for index, section in enumerate(document.sections):
+            said(_TYPESETTING_SHARE * index / len(document.sections), "laying out the pages")
             first = section.parts[0] if section.parts else None
             flow.heading(
                 section.title, before=first.height if isinstance(first, DocumentFigure) else 0.0
@@ -268,8 +268,8 @@ class _PageFlow:
         kind: _TextStyle,
     ) -> None:
         start, x = self._y, 0.0
-        for place, (lines, width) in enumerate(zip(cells, widths, strict=True)):
-            right = place in numeric
+        for index, (lines, width) in enumerate(zip(cells, widths, strict=True)):
+            right = index in numeric
             for line in lines:
                 self._put(line, x + width if right else x, kind, right=right)
                 self._y += kind.line

@@ -168,7 +168,7 @@ def value_figure(
         )  # fmt: skip
 
     rows = -(-len(chosen) // across)
-    told = "by maneuver" if over == "number" else f"over {column_title(over, units)}"
+    text = "by maneuver" if over == "number" else f"over {column_title(over, units)}"
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
     there = any(name in drawn.known for name in names)
     dotted = ", dotted line: prior" if there else ""
@@ -177,7 +177,7 @@ def value_figure(
     gray = " Gray marks are excluded from the mean." if out else ""
     return DocumentFigure(
         name=f"values-{over}-{number}",
-        caption=f"{subject} {told}: bars: 95 % bounds{thick}; band: mean with 95 % "
+        caption=f"{subject} {text}: bars: 95 % bounds{thick}; band: mean with 95 % "
         f"error{dotted}.{gray}{_not_drawn(chosen, over)}",
         height=0.9 + 1.65 * rows if len(chosen) > 1 else 3.6,
         draw=draw,
@@ -202,7 +202,7 @@ def _flights(summary: CampaignSummary) -> dict[str, int]:
     names = dict.fromkeys(
         point.flight for one in summary.derivatives.values() for point in one.points
     )
-    return {name: place for place, name in enumerate(names)}
+    return {name: index for index, name in enumerate(names)}
 
 
 def _place(point: DerivativePoint, drawn: _ChartStyle) -> float:
@@ -289,8 +289,8 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _ChartStyle) -> list[Li
         _UNFIT: ("fit did not converge", any(one.nonconverged_points for one in chosen)),
     }
     handles += [
-        Line2D([], [], linestyle="none", marker=sign, color=palette.excluded, label=words)
-        for sign, (words, there) in gray.items()
+        Line2D([], [], linestyle="none", marker=sign, color=palette.excluded, label=text)
+        for sign, (text, there) in gray.items()
         if there
     ]
     if any(one.name in drawn.known for one in chosen):

@@ -212,7 +212,7 @@ class AlarmRegistry:
         key: str,
         severity: Severity,
         time: float | None,
-        words: str,
+        text: str,
         *,
         rule: LimitRule | None = None,
         value: float | None = None,
@@ -224,7 +224,7 @@ class AlarmRegistry:
             # Not worse: the same alarm goes on, perhaps milder, perhaps in other words.
             changed = replace(former, current=severity)
             if severity == former.severity:
-                changed = replace(changed, message=words)
+                changed = replace(changed, message=text)
             self._alarms[key] = changed
             if value is not None:
                 self.update_peak(key, value)
@@ -236,21 +236,21 @@ class AlarmRegistry:
             severity=severity if former is None else max(severity, former.severity),
             current=severity,
             time=time,
-            message=words,
+            message=text,
             rule=rule,
             value=value,
             acknowledged=self._is_acknowledged(key, time),
             count=1 if former is None else former.count + (not former.active),
         )
-        self._log.append(AlarmOnset(key=key, severity=severity, time=time, message=words))
-        self._update_episode(key, severity, time, words, rule, value)
+        self._log.append(AlarmOnset(key=key, severity=severity, time=time, message=text))
+        self._update_episode(key, severity, time, text, rule, value)
 
     def _update_episode(
         self,
         key: str,
         severity: Severity,
         time: float | None,
-        words: str,
+        text: str,
         rule: LimitRule | None,
         value: float | None,
     ) -> None:
@@ -260,14 +260,14 @@ class AlarmRegistry:
             self._active_indices[key] = len(self._episodes)
             self._episodes.append(
                 AlarmEpisode(
-                    key=key, severity=severity, onset=time, message=words, rule=rule, value=value,
+                    key=key, severity=severity, onset=time, message=text, rule=rule, value=value,
                     raised=time,
                 )
             )  # fmt: skip
             return
         former = replace(self._episodes[place], raised=time)
         if severity > former.severity:
-            former = replace(former, severity=severity, message=words, rule=rule)
+            former = replace(former, severity=severity, message=text, rule=rule)
         self._episodes[place] = former
         self._update_worst_value(key, value)
 

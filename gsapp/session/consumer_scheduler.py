@@ -64,17 +64,17 @@ class GridSegments:
             self._insert(first, last)
 
     def _insert(self, first: int, last: int) -> None:
-        place = bisect.bisect_right(self._firsts, first)
+        index = bisect.bisect_right(self._firsts, first)
         # The one before may reach up to here.
-        if place > 0 and first - self._lasts[place - 1] <= self._pause:
-            place -= 1
-            first = self._firsts.pop(place)
-            last = max(last, self._lasts.pop(place))
-        while place < len(self._firsts) and self._firsts[place] - last <= self._pause:
-            last = max(last, self._lasts[place])
-            del self._firsts[place], self._lasts[place]
-        self._firsts.insert(place, first)
-        self._lasts.insert(place, last)
+        if index > 0 and first - self._lasts[index - 1] <= self._pause:
+            index -= 1
+            first = self._firsts.pop(index)
+            last = max(last, self._lasts.pop(index))
+        while index < len(self._firsts) and self._firsts[index] - last <= self._pause:
+            last = max(last, self._lasts[index])
+            del self._firsts[index], self._lasts[index]
+        self._firsts.insert(index, first)
+        self._lasts.insert(index, last)
 
     @property
     def first(self) -> int | None:

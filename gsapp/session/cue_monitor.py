@@ -136,11 +136,11 @@ class CueMonitor:
         for trouble in self._equipment_alerts:
             if trouble.key not in known:
                 warning = trouble.level is AlertLevel.WARNING
-                words = "" if cues.input_in_progress is not None else trouble.spoken_text
+                text = "" if cues.input_in_progress is not None else trouble.spoken_text
                 self.spoken.append(
                     Announcement(
                         time=trouble.since if cues.time is None else cues.time,
-                        text=words,
+                        text=text,
                         priority="warning" if warning else "prompt",
                         tone="warning" if warning else "caution",
                     )
@@ -174,9 +174,9 @@ class CueMonitor:
         time = self.cueing.select_card(card_id)
         self._chosen.add((time, card_id))
         if self._live:
-            words = f"the crew flies card {card_id}" if card_id else "automatic card selection"
+            text = f"the crew flies card {card_id}" if card_id else "automatic card selection"
             self._mark_store.write(
-                Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
+                Event(kind=CARD_SELECTION_EVENT, text=text, time=time, data={"card": card_id})
             )
 
     def apply_event(self, event: Event) -> None:
@@ -210,8 +210,8 @@ class CueMonitor:
         if event.state == "over":
             self._registry.clear(key, event.time)
         else:
-            words = str(event.data["sentence"])
-            self._registry.raise_(key, _SEVERITY[event.state], event.time, words)
+            text = str(event.data["sentence"])
+            self._registry.raise_(key, _SEVERITY[event.state], event.time, text)
 
     def _write(self, event: CueEvent) -> None:
         """Write a verdict that no window wrote before."""

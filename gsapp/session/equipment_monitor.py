@@ -259,29 +259,29 @@ class EquipmentMonitor:
         if former != self._folder_move_reported:
             self._folder_move_reported = former
             here = Path(self._status.folder).name if self._status is not None else ""
-            words = (
+            text = (
                 f"flight folder {Path(former).name} was removed, renamed or made read-only: "
                 f"recording continues in {here}"
             )
-            self._registry.raise_("folder", Severity.WARNING, now, words)
+            self._registry.raise_("folder", Severity.WARNING, now, text)
         else:
             self._registry.clear("folder", now)
 
     def _update_alarm(
-        self, key: str, severity: Severity, now: float | None, words: str, former: Severity
+        self, key: str, severity: Severity, now: float | None, text: str, former: Severity
     ) -> None:
         if severity is not Severity.NORMAL:
-            self._registry.raise_(key, severity, now, words)
+            self._registry.raise_(key, severity, now, text)
         elif former is not Severity.NORMAL:
             self._registry.clear(key, now)
 
     def _check_recorder(self, now: float | None, time: float) -> RecorderSummary:
         former = self.recorder
         status = self._status
-        words, severity, sentence = self._state_of_recorder(time)
+        text, severity, sentence = self._state_of_recorder(time)
         self._update_alarm("recorder", severity, now, sentence, former.severity)
         if status is None:
-            return RecorderSummary(state=words, severity=severity)
+            return RecorderSummary(state=text, severity=severity)
         running = self.handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
@@ -292,7 +292,7 @@ class EquipmentMonitor:
         )
         wrong = (sentence,) if sentence else ()
         return RecorderSummary(
-            state=words,
+            state=text,
             severity=severity,
             pid=status.pid if running else None,
             link=status.link,
@@ -332,8 +332,8 @@ class EquipmentMonitor:
                 "no recorder status for more than 5 s: computer overloaded or disk stalled",
             )
         if status.error:
-            words = "on failing disk" if status.unconfirmed else "not writing"
-            return words, Severity.WARNING, status.error
+            text = "on failing disk" if status.unconfirmed else "not writing"
+            return text, Severity.WARNING, status.error
         return status.state, Severity.NORMAL, ""
 
     def _check_disk(self, now: float | None) -> DiskSummary:
@@ -365,13 +365,13 @@ class EquipmentMonitor:
         arrived = None if health is None else health.last_stamp
         if arrived is None or self.host_us() - arrived > MONITORS.silence_time * 1e6:
             unreadable = ""
-        words, severity, sentence = self._state_of_link(report, age, loss, unreadable)
+        text, severity, sentence = self._state_of_link(report, age, loss, unreadable)
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
-        if words == "unreadable":
+        if text == "unreadable":
             age = None
         self._update_alarm("link", severity, now, sentence, former.severity)
-        if former.state in _NOT_HEARD_YET and words == "ok":
+        if former.state in _NOT_HEARD_YET and text == "ok":
             # Whoever waited for the aircraft need not confirm that it came.
             self._registry.dismiss("link")
         remarks = () if report is None else report.warnings
@@ -380,18 +380,18 @@ class EquipmentMonitor:
             self._registry.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._registry.clear("aircraft", now)
-        view = build_link_summary(report, words=words, severity=severity, loss=loss, age=age)
+        view = build_link_summary(report, words=text, severity=severity, loss=loss, age=age)
         return replace(view, problem=sentence if age is None else "")
 
     def _check_unread_link(self, now: float | None) -> LinkSummary:
         former = self.link
         heard = None if self._status is None else self._status.last_data_us
         age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
-        words, severity, sentence = self._state_of_link(None, age, 0.0, "")
+        text, severity, sentence = self._state_of_link(None, age, 0.0, "")
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
         self._update_alarm("link", severity, now, sentence, former.severity)
-        return LinkSummary(state="not read" if words == "ok" else words, severity=severity)
+        return LinkSummary(state="not read" if text == "ok" else text, severity=severity)
 
     def _state_of_link(
         self, report: LinkReport | None, age: float | None, loss: float, unreadable: str
@@ -426,8 +426,8 @@ class EquipmentMonitor:
         problem = self._problem(status, report) if waited >= MONITORS.no_data_time else ""
         if not problem:
             return "waiting", Severity.NORMAL, ""
-        words = _NOT_HEARD_YET[status.received_bytes > 0]
-        return words, Severity.CAUTION, problem
+        text = _NOT_HEARD_YET[status.received_bytes > 0]
+        return text, Severity.CAUTION, problem
 
     @staticmethod
     def _problem(status: RecorderStatus, report: LinkReport | None) -> str:

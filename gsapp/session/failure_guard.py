@@ -81,11 +81,11 @@ class RetriedSteps:
             step()
         except Exception as error:
             self._next_attempt[name] = now + MONITORS.consumer_retry
-            words = str(error)
+            text = str(error)
             if not isinstance(error, GroundStationError):
-                words = f"internal error ({error!r}); the log has more"
-            if words != self.failures.get(name):
-                self.failures[name] = words
+                text = f"internal error ({error!r}); the log has more"
+            if text != self.failures.get(name):
+                self.failures[name] = text
                 log.error("a live flight cannot be followed", exc_info=error)
         else:
             self.failures.pop(name, None)

@@ -185,14 +185,14 @@ class SampleTrack:
             return
         self.dirty_first = self.dirty_last = 0
         low = high = None
-        for number, level in enumerate(self.levels):
+        for index, level in enumerate(self.levels):
             first //= _FACTOR
             last = -(-last // _FACTOR)
             begin, end = first * _FACTOR, last * _FACTOR
-            if number == 0:
+            if index == 0:
                 low = high = self.raw.read(begin, end)
             else:
-                below = self.levels[number - 1]
+                below = self.levels[index - 1]
                 low, high = below.read(begin, end, 0), below.read(begin, end, 1)
             level.write(first, np.fmin.reduce(low.reshape(-1, _FACTOR), axis=1), 0)
             level.write(first, np.fmax.reduce(high.reshape(-1, _FACTOR), axis=1), 1)

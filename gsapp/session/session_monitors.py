@@ -137,8 +137,8 @@ class MessagePresenceMonitor:
             key = f"{name}:silent"
             tick = int(came[place - self._count]) if place >= self._count else self._judged
             if silent:
-                words = f"{name} is missing while others arrive: check its sender"
-                self._registry.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, words)
+                text = f"{name} is missing while others arrive: check its sender"
+                self._registry.raise_(key, Severity.CAUTION, (tick + 1) * self.TICK, text)
             else:
                 self._registry.clear(key, tick * self.TICK)
         self._judged = last

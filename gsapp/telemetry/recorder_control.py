@@ -89,29 +89,29 @@ def start_recorder(
     soon after nobody holds it any more. Raise LinkError if it could not begin; says why.
     """
     parse_link(link)
-    place = Path(folder).absolute()
+    path = Path(folder).absolute()
     command = [
         # Nothing is imported from where the crew happens to work.
-        sys.executable, "-P", "-m", "gsapp.telemetry.recorder_process", link, str(place),
+        sys.executable, "-P", "-m", "gsapp.telemetry.recorder_process", link, str(path),
     ]  # fmt: skip
     if heartbeat is not None:
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
     if while_held is not None:
         command.append(f"--while-held={while_held.absolute()}")
     try:
-        place.mkdir(parents=True, exist_ok=True)
-        child, log_start = _spawn(command, place / LOG_FILE)
+        path.mkdir(parents=True, exist_ok=True)
+        child, log_start = _spawn(command, path / LOG_FILE)
     except OSError as error:
         raise LinkError(
-            f"the recorder cannot begin in {place} ({error.strerror or error}); choose another "
+            f"the recorder cannot begin in {path} ({error.strerror or error}); choose another "
             "folder or correct its permissions"
         ) from error
-    handle = RecorderHandle(folder=place, pid=child.pid)
+    handle = RecorderHandle(folder=path, pid=child.pid)
     deadline = time.monotonic() + TELEMETRY.start_timeout
     while time.monotonic() < deadline:
         if child.poll() is not None:
-            words = _startup_error_text(place / LOG_FILE, log_start, child.returncode)
-            raise LinkError(_describe_port_conflict(link, place) or words)
+            text = _startup_error_text(path / LOG_FILE, log_start, child.returncode)
+            raise LinkError(_describe_port_conflict(link, path) or text)
         if (found := _wait_for_recorder(handle)) is not None:
             _children[found.pid] = child
             return found
@@ -121,14 +121,14 @@ def start_recorder(
     raise LinkError(
         f"the recorder of {link} did not start within {TELEMETRY.start_timeout:g} s: the "
         "computer or disk is too slow; close other programs and try again, or see "
-        f"{place / LOG_FILE}"
+        f"{path / LOG_FILE}"
     )
 
 
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
-    with log.open("ab") as words:
-        start = words.tell()
-        child = start_detached_process(command, words)
+    with log.open("ab") as text:
+        start = text.tell()
+        child = start_detached_process(command, text)
     return child, start
 
 
@@ -171,9 +171,9 @@ def _describe_port_conflict(link: str, place: Path) -> str:
 
 
 def _startup_error_text(log: Path, start: int, code: int) -> str:
-    with contextlib.suppress(OSError), log.open("rb") as words:
-        words.seek(start)
-        lines = words.read().decode("utf-8", "replace").strip().splitlines()
+    with contextlib.suppress(OSError), log.open("rb") as text:
+        text.seek(start)
+        lines = text.read().decode("utf-8", "replace").strip().splitlines()
         if lines:
             return lines[-1]
     return f"the recorder ended at once (code {code}); see {log}"

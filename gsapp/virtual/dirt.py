@@ -177,9 +177,9 @@ def draw_dirt(kinds: Sequence[str], seed: int, aircraft: Aircraft) -> Dirt:
     """Draw the dirt of one flight; kinds as `parse_dirt_kinds` takes them."""
     wanted = parse_dirt_kinds(kinds)
     drawn: dict[str, Any] = {}
-    for number, kind in enumerate(DIRT_KINDS):
+    for index, kind in enumerate(DIRT_KINDS):
         if kind in wanted:
-            drawn |= _DRAWS[kind](np.random.default_rng((seed, 0xD1, number)), aircraft)
+            drawn |= _DRAWS[kind](np.random.default_rng((seed, 0xD1, index)), aircraft)
     return Dirt(kinds=wanted, seed=seed, **drawn)
 
 

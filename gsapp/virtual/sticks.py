@@ -65,8 +65,8 @@ class StickInput:
         self.duration = 0.0
         self.high_rate = maneuver.rate == "high"
         whole = 1.0 + human.size_error * float(random.standard_normal())
-        for number, (surface, size) in enumerate(zip(maneuver.inputs, maneuver.stick, strict=True)):
-            time = number * maneuver.stagger * _random_factor(human.timing_error, random)
+        for index, (surface, size) in enumerate(zip(maneuver.inputs, maneuver.stick, strict=True)):
+            time = index * maneuver.stagger * _random_factor(human.timing_error, random)
             starts, values = [time], []
             for unit in INPUT_SHAPES[maneuver.shape]:
                 values.append(unit * size * whole * _random_factor(human.size_error, random))

@@ -45,7 +45,7 @@ def states(cues: CueGenerator) -> set[str]:
 
 def said(cues: CueGenerator) -> str:
     snapshot = cues.snapshot()
-    doubts = [words for verdict in cues.verdicts for words in verdict.judged_by]
+    doubts = [text for verdict in cues.verdicts for text in verdict.judged_by]
     return "; ".join((*snapshot.limitations, *snapshot.judged_by, *doubts))
 
 

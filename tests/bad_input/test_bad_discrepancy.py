@@ -84,8 +84,8 @@ def test_all_kept_out_leaves_nothing_to_learn_from(write: Write) -> None:
 def test_propulsion_without_a_throttle(write: Write) -> None:
     path = write(without=("throttle", "thrust", "throttle_left", "throttle_right"))
     sentence = told(path, forced=("propulsion.Cm.throttle",))
-    for words in ("propulsion.Cm.throttle", "needs throttle, which is not recorded", "steps"):
-        assert words in sentence
+    for text in ("propulsion.Cm.throttle", "needs throttle, which is not recorded", "steps"):
+        assert text in sentence
 
 
 def test_throttle_that_never_moved(write: Write) -> None:
@@ -160,6 +160,6 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
     assert "not recorded" in throttle
     # As it was flown q is not clipped, and throttle was recorded and moved.
     whole = open_flights_with_maneuvers([write()], SETTINGS)[0].maneuvers
-    said = " ".join(record_remarks(whole, aircraft))
-    assert "q is clipped" not in said
-    assert "needs throttle" not in said
+    text = " ".join(record_remarks(whole, aircraft))
+    assert "q is clipped" not in text
+    assert "needs throttle" not in text

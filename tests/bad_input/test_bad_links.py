@@ -88,9 +88,9 @@ def attempt(stream: Any, folder: Path) -> Trial:
         (folder / STOP_FILE).touch()
     else:
         recorder.send_signal(signal.SIGINT)
-    words, _ = recorder.communicate(timeout=120)
-    assert recorder.returncode == 0, words
-    assert b"Traceback" not in words
+    text, _ = recorder.communicate(timeout=120)
+    assert recorder.returncode == 0, text
+    assert b"Traceback" not in text
     kept = [record.data for record in RawTail(folder).poll()]
     command = [*GSAPP, "replay", str(folder), "--headless", "--json", str(folder / "sum.json")]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=240)

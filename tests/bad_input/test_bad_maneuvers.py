@@ -33,10 +33,10 @@ def estimate(folder: Path, block: Block, *options: str) -> tuple[str, dict | Non
     done = gsapp(
         "estimate", str(folder / "flight.csv"), *options, "--json", str(out), folder=folder
     )
-    said = " ".join((done.stdout + done.stderr).split())
-    assert "Traceback" not in said
-    assert done.returncode in (0, 1), said
-    return said, json.loads(out.read_text(encoding="utf-8")) if done.returncode == 0 else None
+    text = " ".join((done.stdout + done.stderr).split())
+    assert "Traceback" not in text
+    assert done.returncode in (0, 1), text
+    return text, json.loads(out.read_text(encoding="utf-8")) if done.returncode == 0 else None
 
 
 def only(name: str, make: Callable[[np.ndarray], np.ndarray]) -> Change:

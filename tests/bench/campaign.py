@@ -136,20 +136,20 @@ def share(inside: Sequence[bool]) -> str:
 
 def record(name: str, folder: Path, gusts: float) -> Path:
     """Fly one flight and leave its folder, with a card that tells the weight."""
-    place = (*LONGITUDINAL, *LATERAL).index(name)
-    kilograms = WEIGHTS[place] * POUND
+    index = (*LONGITUDINAL, *LATERAL).index(name)
+    kilograms = WEIGHTS[index] * POUND
     file = load_aircraft("b777")
     mass = file.mass.model_copy(update={"mass": kilograms})
     flight = simulate_flight(
         plan_of(name), aircraft=file.model_copy(update={"mass": mass}), turbulence=gusts,
-        seed=FIRST_SEED + place, faults=faults_of(name),
+        seed=FIRST_SEED + index, faults=faults_of(name),
     )  # fmt: skip
     if flight.crashed:
         print(f"  flight {name} crashed")
     csv = write_block(folder / f"{name}.csv", gyros_on_pitch(name, flight.measured), "csv")
     path = folder / f"flight {name}"
     import_flight(csv, path)
-    FlightFolder.open(path).update_info(takeoff_weight=f"{WEIGHTS[place]} lb", aircraft="B777")
+    FlightFolder.open(path).update_info(takeoff_weight=f"{WEIGHTS[index]} lb", aircraft="B777")
     return path
 
 

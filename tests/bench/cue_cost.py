@@ -114,8 +114,8 @@ def send(port: int) -> None:
     ticks = frames_of(flown(_SEED))
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     begin = time.monotonic()
-    for number, frames in enumerate(ticks):
-        time.sleep(max(begin + number / RATE - time.monotonic(), 0.0))
+    for index, frames in enumerate(ticks):
+        time.sleep(max(begin + index / RATE - time.monotonic(), 0.0))
         line.sendto(frames, ("127.0.0.1", port))
 
 

@@ -125,8 +125,8 @@ def main(*options: str) -> dict[str, float]:
                 if not borne_out(danger, flown)
             ]
         if seed < failing:
-            for number, (case, (key, faults, harm)) in enumerate(cases().items()):
-                without = BARE if (seed + number) % 2 else frozenset()
+            for index, (case, (key, faults, harm)) in enumerate(cases().items()):
+                without = BARE if (seed + index) % 2 else frozenset()
                 block = record(flown, faults=faults, harm=harm, without=without)
                 rows = (block.times > FROM) & (block.times < FAULT_AT + PATIENCE)
                 part = Block(

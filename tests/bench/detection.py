@@ -20,8 +20,8 @@ LIVE_ROWS = 10
 
 def flight_of(seconds: float) -> Flight:
     inputs = [
-        Input(at=at, surface=("de", "da", "dr")[number % 3], size=(5.0, 6.0, 10.0)[number % 3])
-        for number, at in enumerate(range(120, int(seconds) - 20, 30))
+        Input(at=at, surface=("de", "da", "dr")[index % 3], size=(5.0, 6.0, 10.0)[index % 3])
+        for index, at in enumerate(range(120, int(seconds) - 20, 30))
     ]
     return make_flight(inputs, seconds=seconds, ground=90.0, range_check=[(40.0, "de")], gusts=0.3)
 
@@ -53,9 +53,9 @@ def scatter(samples: list[float]) -> float:
     middle = 0.5 * (len(samples) - 1)
     mean = sum(samples) / len(samples)
     power = cross = square = 0.0
-    for place, value in enumerate(samples):
-        power += (place - middle) ** 2
-        cross += (place - middle) * (value - mean)
+    for index, value in enumerate(samples):
+        power += (index - middle) ** 2
+        cross += (index - middle) * (value - mean)
         square += (value - mean) ** 2
     return max((square - cross * cross / power) / (len(samples) - 2), 0.0) ** 0.5
 

@@ -333,8 +333,8 @@ def print_table(found: Mapping[str, Tally]) -> None:
             f"{FAR:g} bounds; {len(outside)} of {len(one.ratios)} derivatives outside "
             f"{ASKED[0]} to {ASKED[1]}; {one.cpu / max(one.flights, 1):.2f} s of CPU a flight"
         )
-        for words, times in one.failures.items():
-            print(f"    {times} flights: {words}")
+        for text, times in one.failures.items():
+            print(f"    {times} flights: {text}")
 
 
 def print_each(found: Mapping[str, Mapping[str, Tally]]) -> None:
@@ -343,9 +343,9 @@ def print_each(found: Mapping[str, Mapping[str, Tally]]) -> None:
         for method, one in tallies.items():
             far = 100.0 * float(np.mean(np.abs(one.every) > FAR)) if one.every.size else 0.0
             worst = sorted(one.ratios, key=one.rms, reverse=True)[:6]
-            words = ", ".join(f"{name} {one.rms(name):.1f}" for name in worst)
+            text = ", ".join(f"{name} {one.rms(name):.1f}" for name in worst)
             rms = float(np.sqrt(np.mean(one.every**2))) if one.every.size else np.nan
-            print(f"{kind:15} {method:4} rms {rms:5.2f}, beyond {FAR:g}: {far:4.1f} %: {words}")
+            print(f"{kind:15} {method:4} rms {rms:5.2f}, beyond {FAR:g}: {far:4.1f} %: {text}")
 
 
 def main(*arguments: str) -> dict[str, Tally]:

@@ -102,7 +102,7 @@ def table(title: str, rows: Sequence[Row], key: Callable[[Row], str]) -> None:
     for row in rows:
         groups.setdefault(key(row), []).append(row)
     for name, group in groups.items():
-        print(f"{name:30}" + "".join(f"{words(group):>13}" for words in COLUMNS.values()))
+        print(f"{name:30}" + "".join(f"{text(group):>13}" for text in COLUMNS.values()))
 
 
 def print_hidden(rows: Sequence[Row]) -> None:
@@ -149,8 +149,8 @@ def print_nothing(rows: Sequence[Row]) -> None:
             verdicts[row.outcome.verdict] = verdicts.get(row.outcome.verdict, 0) + 1
         right = share(row.marks.verdict for row in group)
         false = share(row.marks.false_name for row in group)
-        words = ", ".join(f"{key} {count}" for key, count in sorted(verdicts.items()))
-        print(f"{name:30}{right:>15}{false:>13}   {words}")
+        text = ", ".join(f"{key} {count}" for key, count in sorted(verdicts.items()))
+        print(f"{name:30}{right:>15}{false:>13}   {text}")
     for gust in (0.1, 0.3, 1.0):
         said = [row.outcome.gust for row in rows if row.case.gust == gust]
         if said:
@@ -169,8 +169,8 @@ def print_outside(rows: Sequence[Row]) -> None:
         for row in group:
             for one in row.outcome.named:
                 taken[one.effect] = taken.get(one.effect, 0) + 1
-        words = ", ".join(f"{key} {count}" for key, count in taken.items()) or "nothing"
-        print(f"{name:30}{share(row.marks.abstained for row in group):>13}   named: {words}")
+        text = ", ".join(f"{key} {count}" for key, count in taken.items()) or "nothing"
+        print(f"{name:30}{share(row.marks.abstained for row in group):>13}   named: {text}")
 
 
 def print_confidence(rows: Sequence[Row]) -> None:

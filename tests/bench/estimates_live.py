@@ -246,17 +246,17 @@ def tell(without: list[Result], with_them: list[Result]) -> None:
         ("late", f"lateness of a {_TIMER_MS} ms timer"),
     ):
         rows = []
-        for words, results in (("without", without), ("with", with_them)):
+        for text, results in (("without", without), ("with", with_them)):
             ages = joined(results, name)
             row = np.array([*np.percentile(ages, (50, 95, 99)), ages.max()])
             rows.append(row)
-            print(f"    {title:36}{words:>9}" + "".join(f"{one:7.1f}" for one in row))
+            print(f"    {title:36}{text:>9}" + "".join(f"{one:7.1f}" for one in row))
         ratios = rows[1] / np.maximum(rows[0], 0.1)
         print(f"    {'':36}{'ratio':>9}" + "".join(f"{one:7.2f}" for one in ratios))
-    for words, results in (("without", without), ("with", with_them)):
+    for text, results in (("without", without), ("with", with_them)):
         sent = sum(one.sent for one in results)
         print(
-            f"    {words:8} {sent} samples: {sum(one.lost_in_record for one in results)} lost in "
+            f"    {text:8} {sent} samples: {sum(one.lost_in_record for one in results)} lost in "
             f"the record, {sum(one.lost_in_session for one in results)} in the session; window "
             f"{100 * np.mean([one.window for one in results]):.0f} % of a core, fits "
             f"{sum(one.fits_cpu for one in results):.1f} s of processor time for "

@@ -86,9 +86,9 @@ def main(*options: str) -> None:
             part = block if piece > 1 else block.between(0.0, seconds / 10.0)
             # The best of three: other programs on the machine only ever slow it down.
             speed, updates = max(measure(part, piece, settings) for _ in range(3))
-            words = f"{piece} samples at a time" if piece > 1 else "sample by sample"
+            text = f"{piece} samples at a time" if piece > 1 else "sample by sample"
             print(
-                f"{title:26} {words:22} {speed:9,.0f} samples/s, {updates} updates of six "
+                f"{title:26} {text:22} {speed:9,.0f} samples/s, {updates} updates of six "
                 f"regressions ({speed / GOAL:.2f} of the goal)"
             )
     print_errors(5 if "--quick" in options else 25)

@@ -176,10 +176,10 @@ def _flown(seed: int, card_id: str, noise: float, gust: float, attitude: bool) -
         speed=card.speed,
         amplitudes={
             name: side
-            * (1.0 if place == 0 else -1.0)
+            * (1.0 if index == 0 else -1.0)
             * asked
             * float(np.exp(0.12 * size + 0.05 * random.standard_normal()))
-            for place, (name, asked) in enumerate(card.amplitudes.items())
+            for index, (name, asked) in enumerate(card.amplitudes.items())
         },
         width=card.width * float(np.exp(0.12 * width)),
         stagger=card.duration * float(np.exp(0.1 * random.standard_normal())),

@@ -50,8 +50,8 @@ def tally(
         started = time.process_time()
         found[method] = errors_of(estimates_of(method, flown, axis), flown)
         spent[method] = time.process_time() - started
-    words = ", ".join(f"{name} {1e3 * one / len(seeds):.0f}" for name, one in spent.items())
-    print(f"{axis}: {len(seeds)} maneuvers; ms of CPU each: {words}")
+    text = ", ".join(f"{name} {1e3 * one / len(seeds):.0f}" for name, one in spent.items())
+    print(f"{axis}: {len(seeds)} maneuvers; ms of CPU each: {text}")
     return found
 
 
@@ -102,13 +102,13 @@ def print_free_offset(engine: Engine, seeds: Sequence[int]) -> None:
         for biases in (("an",), ("an", "ax")):
             settings = MLSettings(axis="lon", biases=biases)
             found = errors_of([estimate([one.maneuver], settings) for one in flown], flown)
-            words = ", ".join(
+            text = ", ".join(
                 f"{name} {found.rms(name):.2f} ({np.sqrt(np.mean(found.errors[name] ** 2)):.4f})"
                 for name in ("CA_0", "CA_alpha", "CA_q", "CA_de", "CN_alpha", "Cm_alpha")
             )
             print(
                 f"ml, offsets of {offset / GRAVITY:4.2f} g, free biases {'+'.join(biases):5}: "
-                f"error over bound (rms error) {words}"
+                f"error over bound (rms error) {text}"
             )
 
 
@@ -124,8 +124,8 @@ def print_systematic(engines: Mapping[str, Engine], seeds: Sequence[int]) -> dic
                     for name in STRONG[axis]
                 }
                 worst[f"{axis} {title} {method}"] = max(abs(one) for one in percent.values())
-                words = " ".join(f"{name} {one:+.3f}" for name, one in percent.items())
-                print(f"{axis} {title:15} {method:3} {words}")
+                text = " ".join(f"{name} {one:+.3f}" for name, one in percent.items())
+                print(f"{axis} {title:15} {method:3} {text}")
     return worst
 
 

@@ -153,8 +153,8 @@ def new_value_on_screen(window, sample: int) -> bool:
     charts, history = window.view.charts, window.flight_controller.history
     geometry, picture = charts.geometry_in_pixels, charts.picture
     places = [
-        place
-        for place, number in enumerate(geometry.numbers)
+        index
+        for index, number in enumerate(geometry.numbers)
         if charts.charts[number].specs[0].id == STEPPED
     ]
     value = float(history.samples(STEPPED, sample, sample + 1)[0])
@@ -428,13 +428,13 @@ def sum_up(results: Sequence[Result]) -> None:
 def main(*options: str) -> None:
     seconds, runs = (4.0, 1) if "--quick" in options else (8.0, 3)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    for words, shift in (
+    for text, shift in (
         ("stamps on the grid, as the aircraft's box sends them", 0),
         ("stamps beside the grid: the row after a sample waits for the next sample", _OFF_GRID_US),
     ):
         results = []
         for number in range(runs):
-            print(f"\n{words}, run {number + 1} of {runs}")
+            print(f"\n{text}, run {number + 1} of {runs}")
             results.append(measure(seconds, shift))
             tell(results[-1])
         sum_up(results)

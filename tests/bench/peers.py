@@ -92,8 +92,8 @@ def fetch_logs(folder: Path) -> None:
     first, second = find_free_udp_port(), find_free_udp_port()
     flight, box, theirs = folder / "flight", folder / "box.tlog", folder / "theirs.tlog"
     gsapp = [sys.executable, "-m", "gsapp.cli"]
-    said, words = folder / "fly.txt", folder / "proxy.txt"
-    with said.open("w") as aircraft_words, words.open("w") as proxy_words:
+    said, text = folder / "fly.txt", folder / "proxy.txt"
+    with said.open("w") as aircraft_words, text.open("w") as proxy_words:
         recorder = subprocess.Popen(
             [
                 *gsapp, "record", f"udpin:127.0.0.1:{second}", "--map", "b777-thin",
@@ -131,7 +131,7 @@ def fetch_logs(folder: Path) -> None:
         begin = time.monotonic()
         proxy.stdin.write(f"log download 1 {theirs}\n")
         proxy.stdin.flush()
-        while "Finished" not in words.read_text() and time.monotonic() < begin + 180.0:
+        while "Finished" not in text.read_text() and time.monotonic() < begin + 180.0:
             time.sleep(0.2)
         tell_fetched("MAVProxy", theirs, box, begin)
     finally:

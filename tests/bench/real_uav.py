@@ -69,11 +69,11 @@ def print_uav(source: Path, folder: Path) -> None:
         found = collect_maneuvers(opened.flight, opened.aircraft).maneuvers
         verdict = _compare(key, found)
         right += verdict == "right"
-        told = ", ".join(
+        text = ", ".join(
             f"{'+'.join(one.inputs)} {one.kind} {(one.amplitude or 0.0) / DEGREE:.1f} ({one.grade})"
             for one in found
         )
-        print(f"  {'/'.join(key):27} {told:32} {verdict}")
+        print(f"  {'/'.join(key):27} {text:32} {verdict}")
     print(f"  {right} of {len(segments)} right")
     for year in dict.fromkeys(stem[:4] for stem, _ in segments):
         for prefix, axis in (("el", "lon"), ("ail", "lat"), ("rud", "lat")):

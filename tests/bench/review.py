@@ -94,13 +94,13 @@ def working(folder: Path) -> None:
             "the whole flight drawn": page.timeline.show_all,
             "twenty seconds drawn": lambda: page.timeline.zoom_to(150.0, 162.0),
         }
-        for words, action in actions.items():
+        for text, action in actions.items():
 
             def shown(action: Callable[[], object] = action) -> None:
                 action()
                 work()
 
-            print(f"{1e3 * timed(shown, 10):6.1f} ms  {words}")
+            print(f"{1e3 * timed(shown, 10):6.1f} ms  {text}")
 
 
 def main(*options: str) -> None:

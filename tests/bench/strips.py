@@ -194,14 +194,14 @@ def against_pyqtgraph(quick: bool) -> None:
 
 def what_it_depends_on() -> None:
     print("\n    32 charts, 60 s window, 1 kHz: a frame, ms of processor time")
-    for words, noise, past in (
+    for text, noise, past in (
         ("1 min of history, smooth", 0.0, 1.0),
         ("1 min of history, noise", 0.2, 1.0),
         ("10 min of history, smooth", 0.0, 10.0),
         ("10 min of history, noise", 0.2, 10.0),
     ):
         frame, full = our_update(32, 60.0, 1000.0, noise, past)
-        print(f"    {words:28}{frame:8.2f}   anew {full:6.1f}", flush=True)
+        print(f"    {text:28}{frame:8.2f}   anew {full:6.1f}", flush=True)
 
 
 def in_real_time(seconds: float, tick: Callable[[], None]) -> tuple[float, int]:

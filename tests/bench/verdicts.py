@@ -106,14 +106,14 @@ def main(*options: str) -> dict[str, float]:
           f"within 10 % of a boundary {score.apart[True]} of {near}")  # fmt: skip
     _confusion(score.pairs)
     print(f"missed {score.missed}; said of no input {score.false} in {score.flown / 60.0:.0f} min")
-    for words, values, key in (
+    for text, values, key in (
         ("first true motion to recognized", score.delays, "recognized"),
         ("sticks back to hands off told", score.countdowns, "hands off"),
         ("end of the hands-off interval to the verdict", score.latencies, "latency"),
     ):
         median, late, last = np.quantile(values, (0.5, 0.95, 1.0))
         results[f"{key}, 95 %"] = float(late)
-        print(f"{words:46} median {median:6.3f}  95 % {late:6.3f}  longest {last:6.3f} s")
+        print(f"{text:46} median {median:6.3f}  95 % {late:6.3f}  longest {last:6.3f} s")
     print(f"{'watching':46} {100.0 * results['share of a core']:.2f} % of a core")
     print("\n".join(score.worst))
     return results

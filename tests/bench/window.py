@@ -75,10 +75,10 @@ def main(*options: str) -> None:
         scratch = Path(place)
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(scratch / "runtime")
         flight = write_virtual_flight(scratch)
-        for words, opened in (("nothing open", None), ("a flight of 2 min opened", flight)):
+        for text, opened in (("nothing open", None), ("a flight of 2 min opened", flight)):
             runs = [seconds_to_pictures(scratch, opened) for _ in range(starts)]
             first = statistics.median(run[0] for run in runs)
-            print(f"{words:28} window {first:5.2f} s", end="")
+            print(f"{text:28} window {first:5.2f} s", end="")
             if opened is not None:
                 print(f", charts {statistics.median(run[1] for run in runs):5.2f} s", end="")
             load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""

@@ -47,8 +47,8 @@ def test_points_become_a_certificate(
     shafts = taken.true - 0.5 * sides * taken.potentiometer.play
     np.testing.assert_allclose(made.evaluate(taken.volts) / DEGREE, shafts, atol=0.25)
     shown = capsys.readouterr().out
-    for words in ("hysteresis, width", "80 % of the travel", "straight line", str(out)):
-        assert words in shown
+    for text in ("hysteresis, width", "80 % of the travel", "straight line", str(out)):
+        assert text in shown
     assert "note:" not in shown
 
 
@@ -109,7 +109,7 @@ def test_the_supply_may_be_measured_at_each_point(tmp_path: Path) -> None:
 def test_directions_are_read_as_pages_and_certificates_write_them(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     words = ("increasing", "Decreasing", "up", "down", "")
-    rows = [f"{at},{at}.5,{direction}" for at, direction in enumerate(words)]
+    rows = [f"{index},{index}.5,{direction}" for index, direction in enumerate(words)]
     path.write_text("\n".join([HEADING, *rows]))
     directions = [point.direction for point in load_points(path, "rudder").points]
     assert directions == ["up", "down", "up", "down", "single"]
@@ -185,5 +185,5 @@ def test_remarks_reach_the_screen(tmp_path: Path, capsys: pytest.CaptureFixture[
     path.write_text("angle [deg],volts [V]\n-5,2.2\n0,2.5\n5,2.8\n")
     calibrate(points=path, channel="rudder", out=tmp_path / "c.toml", travel="-30:30")
     shown = capsys.readouterr().out
-    for words in ("hysteresis was not measured", "only 17 % of the travel", "add --who"):
-        assert words in shown
+    for text in ("hysteresis was not measured", "only 17 % of the travel", "add --who"):
+        assert text in shown

@@ -454,10 +454,10 @@ def test_words_in_brackets_and_between_colons_are_printed_as_they_are(
 
 def test_all_commands_print_on_the_same_kind_of_screen() -> None:
     for path in Path(_usage_errors.__file__).parent.glob("*.py"):
-        words = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
         if path.name != "_console.py":
-            assert not re.search(r"\bConsole\(|TextColumn\(\"{task.desc|rich\.markup", words), path
-            assert not re.search(r"\[/\w*\]", words), path  # the end of a mark
+            assert not re.search(r"\bConsole\(|TextColumn\(\"{task.desc|rich\.markup", text), path
+            assert not re.search(r"\[/\w*\]", text), path  # the end of a mark
 
 
 def test_numbers_of_estimates_are_whole_however_narrow_the_screen(

@@ -101,7 +101,7 @@ def test_the_story_is_told_and_everything_written(
     assert code == 0, said
     places = [said.index(step) for step in ("1. Find", "2. Name", "3. Add", "4. Show")]
     assert places == sorted(places)
-    for words in (
+    for text in (
         "throttle above 70 %: the pitching moment (Cm) is off by 8.0 times the noise",
         "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
         "weigh the aircraft on two scales",
@@ -111,7 +111,7 @@ def test_the_story_is_told_and_everything_written(
         "The model lacks a named effect.",
         "q was clipped",
     ):
-        assert words in said, words
+        assert text in said, text
     asked_for = DiscrepancySettings(aircraft="b777", model="b777", check_instruments=True)
     assert asked[0].settings == asked_for
     assert [one.id for one in asked[0].maneuvers] == ["1", "2"]

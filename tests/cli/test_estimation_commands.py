@@ -338,9 +338,9 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     dated = [line for line in lines if line.startswith('<p class="written">')]
     assert len(dated) == 1
     assert [line for line in lines if line not in dated] == page.splitlines()
-    for words in ("Validity", "Estimates in flight", "short period", "flight5",
+    for text in ("Validity", "Estimates in flight", "short period", "flight5",
                   "validated on 1 maneuver of flight6 not used in the fit"):  # fmt: skip
-        assert words in page
+        assert text in page
     assert "http" not in re.sub(r"data:[^\"]*", "", page)
     model = load_model(out / "model.toml")
     assert model.parent == "b777"
@@ -357,7 +357,7 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
 def test_wrong_calls_of_a_report_get_one_sentence(flights: Path, tmp_path: Path) -> None:
     empty = tmp_path / "empty"
     empty.mkdir()
-    for options, words in (
+    for options, text in (
         ({"flights": [flights], "out": tmp_path / "report.docx"}, "ends in .html or .pdf"),
         ({"flights": [empty], "out": tmp_path / "out"}, "holds no flight"),
         ({"flights": [flights / "none.csv"], "out": tmp_path / "out"}, "there is no flight"),
@@ -366,7 +366,7 @@ def test_wrong_calls_of_a_report_get_one_sentence(flights: Path, tmp_path: Path)
             "not among the flights",
         ),
     ):
-        with pytest.raises(GroundStationError, match=words):
+        with pytest.raises(GroundStationError, match=text):
             report(**options)
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
     done = gsapp("report", empty, "--out", tmp_path / "out")
@@ -391,8 +391,8 @@ def test_methods_stand_beside_each_other(
     (row,) = [line for line in shown.splitlines() if line.strip().startswith("Cm_q")]
     for derivatives in (own, *others.values()):
         assert f"{derivatives['Cm_q']['value']:.4f}" in row
-    said = " ".join(shown.split())
-    assert "turbulence" in said
+    text = " ".join(shown.split())
+    assert "turbulence" in text
     apart = [
         name
         for name, one in own.items()
@@ -401,4 +401,4 @@ def test_methods_stand_beside_each_other(
         and abs(one["value"] - others["ee"][name]["value"])
         > 3.0 * math.hypot(one["std"], others["ee"][name]["std"])
     ]
-    assert ("ML and equation error contradict each other" in said) == bool(apart)
+    assert ("ML and equation error contradict each other" in text) == bool(apart)

@@ -116,13 +116,13 @@ def test_what_is_no_catalog_is_told_so(tmp_path: Path, there: bool) -> None:
     path = tmp_path / "campaign"
     if there:
         path.mkdir()
-    words = "is a folder; name the file" if there else "there is no catalog"
+    text = "is a folder; name the file" if there else "there is no catalog"
     for ask in (
         lambda: search(file=path),
         lambda: runs(catalog=path),
         lambda: debrief(flights=[], catalog=path),
     ):
-        with pytest.raises(FlightError, match=words):
+        with pytest.raises(FlightError, match=text):
             ask()
 
 

@@ -67,9 +67,9 @@ def test_a_kept_run_shows_the_means_of_its_estimate(campaign: Path) -> None:
     compared = json.loads(gsapp("runs", campaign, "compare", 1, 2, "--json", "-"))["values"]
     assert {one["name"]: one["one"] for one in compared if one["one"]} == estimated["campaign"]
     means = {name: mean_cells(CampaignValue(**one)) for name, one in estimated["campaign"].items()}
-    for words in (gsapp("runs", campaign, "show", 1), gsapp("runs", campaign, "compare", 1, 2)):
-        assert all(heading in words for heading in MEAN_HEADINGS)
-        rows = [line.split() for line in words.splitlines()]
+    for text in (gsapp("runs", campaign, "show", 1), gsapp("runs", campaign, "compare", 1, 2)):
+        assert all(heading in text for heading in MEAN_HEADINGS)
+        rows = [line.split() for line in text.splitlines()]
         for name, cells in means.items():
             assert any(row[:5] == [name, *cells] for row in rows), name
 
@@ -140,8 +140,8 @@ def test_what_is_not_there_is_told(campaign: Path, tmp_path: Path) -> None:
 def test_what_cannot_be_kept_is_told_before_the_work(campaign: Path, tmp_path: Path) -> None:
     notes = tmp_path / "notes.txt"
     notes.write_text("no catalog " * 100, encoding="utf-8")
-    for place, words in ((notes, "not a catalog"), (tmp_path / "x" / "c.sqlite", "no folder")):
-        with pytest.raises(FlightError, match=words):
+    for place, text in ((notes, "not a catalog"), (tmp_path / "x" / "c.sqlite", "no folder")):
+        with pytest.raises(FlightError, match=text):
             gsapp("estimate", tmp_path / "none.csv", "--catalog", place)
 
 

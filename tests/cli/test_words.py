@@ -41,9 +41,9 @@ def test_an_option_means_the_same_in_every_command() -> None:
     for option, uses in found.items():
         if option not in FIXED:
             assert len({flag for flag, _ in uses.values()}) == 1, (option, uses)
-            every = max((words for _, words in uses.values()), key=len)
+            every = max((text for _, text in uses.values()), key=len)
             shared = {"us", "si"} if option == "--units" else every
-            assert all(shared <= words <= every for _, words in uses.values()), (option, uses)
+            assert all(shared <= text <= every for _, text in uses.values()), (option, uses)
 
 
 @pytest.mark.parametrize(

@@ -256,10 +256,10 @@ def chosen(*told: tuple[float, ...], end: float, every: float) -> dict[int, floa
 
     for tenth in range(round(10 * end)):
         now = 100_000 * tenth
-        for number, ends in enumerate(told):
+        for index, ends in enumerate(told):
             if any(begin <= tenth / 10 <= until for begin, until in pairs_of(ends)):
-                fed = sources[number].feed([now], [now], np.array([[float(number)]]))
-                merger.push(number, fed)
+                fed = sources[index].feed([now], [now], np.array([[float(index)]]))
+                merger.push(index, fed)
         if tenth % round(10 * every) == 0:
             ask(now)
     ask(round(1e6 * end), final=True)

@@ -29,7 +29,7 @@ def heartbeat(sequence: int, system: int, *, kind: int = 1, autopilot: int = 3) 
 
 
 def records(frames, period_us: int = 10_000):
-    return [(START + number * period_us, "frame", data) for number, data in enumerate(frames)]
+    return [(START + index * period_us, "frame", data) for index, data in enumerate(frames)]
 
 
 def fed(*items):

@@ -121,8 +121,8 @@ def test_lines_of_text_become_samples(example: Example) -> None:
     found = load_channel_map(example("toml", "text-map"))
     decoder = Decoder(found, rate=50.0)
     records = [
-        RawRecord(1_000_000 + 20_000 * number, "line", line.encode())
-        for number, line in enumerate(BLOCKS["text", "lines"].splitlines())
+        RawRecord(1_000_000 + 20_000 * index, "line", line.encode())
+        for index, line in enumerate(BLOCKS["text", "lines"].splitlines())
     ]
     blocks = [*decoder.feed(records), *decoder.finish()]
     alpha = np.concatenate([block["alpha"] for block in blocks if "alpha" in block.channels])

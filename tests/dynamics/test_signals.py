@@ -443,10 +443,10 @@ def test_derivatives_by_the_place(name: str) -> None:
     parameter = f"{name}.{axis}"
     _, slopes, differential = outputs.jacobian(STATE, INPUTS, free=(parameter,))
     h = 1e-6
-    place = model.parameter_names.index(parameter)
+    index = model.parameter_names.index(parameter)
 
     def shown(by: float) -> np.ndarray:
-        values = [x + by * (k == place) for k, x in enumerate(model.defaults)]
+        values = [x + by * (k == index) for k, x in enumerate(model.defaults)]
         return np.array(np.broadcast_arrays(*outputs.values(STATE, INPUTS, values))).T
 
     numeric = (shown(h) - shown(-h)) / (2 * h)

@@ -118,9 +118,9 @@ def record(
     values = converter.convert_volts(flown.volts)
     if faults or harm is not None:
         values = {name: samples.copy() for name, samples in values.items()}
-        for number, text in enumerate(faults):
+        for index, text in enumerate(faults):
             failing = SensorFaultInjector(
-                parse_sensor_fault(text), 1.0 / RATE, np.random.default_rng(number)
+                parse_sensor_fault(text), 1.0 / RATE, np.random.default_rng(index)
             )
             name = failing.fault.channel
             values[name] = failing.apply(values[name], 0)

@@ -92,8 +92,8 @@ def flown(
     rows = []
     for row in range(round((BEFORE + len(amplitudes) * length + after) / DT)):
         moved = dict(controls)
-        for number, (surface, size) in enumerate(amplitudes.items()):
-            place = (row * DT - BEFORE - number * length) / width
+        for index, (surface, size) in enumerate(amplitudes.items()):
+            place = (row * DT - BEFORE - index * length) / width
             if -1e-9 < place < len(steps) - 1e-9:
                 moved[surface] += steps[int(place + 1e-9)] * size
         simulator.step(ControlCommands(**moved))

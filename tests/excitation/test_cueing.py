@@ -59,12 +59,12 @@ def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: CueGenerator) -> Non
 def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: CueGenerator) -> None:
     made = next(event for event in whole.log if event.kind == "input")
     verdict = next(event for event in whole.log if event.kind == "verdict")
-    words = [
+    text = [
         one.text
         for one in whole.announcements
         if made.data["t_input"] < one.time < verdict.time and one.text
     ]
-    assert words == ["hands off"]
+    assert text == ["hands off"]
     after = [one for one in whole.announcements if one.time == verdict.time and one.text]
     assert [one.text for one in after] == ["good"]
 
@@ -103,16 +103,16 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
 def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     block = part(flown(), 0, 700)
     values = np.array(block.values)
-    place = block.channels.index("alpha")
+    index = block.channels.index("alpha")
     low, high = AIRCRAFT.sensors.alpha_vane.range
-    values[400:, place] = high + 0.2 * (high - low)
+    values[400:, index] = high + 0.2 * (high - low)
     cues = cueing(model=None)
     cues.feed(Block(channels=block.channels, times=block.times, values=values))
     cues.process_step()
     snapshot = cues.snapshot()
     assert snapshot.alpha is None
     assert snapshot.speed is not None
-    assert any(words.startswith("ignored: ") for words in snapshot.limitations)
+    assert any(text.startswith("ignored: ") for text in snapshot.limitations)
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_what_is_not_measured_is_said_before_anybody_relies_on_it(
     cues.process_step()
     snapshot = cues.snapshot()
     assert snapshot.trim.state == state
-    assert any(words.startswith(said) for words in snapshot.limitations)
+    assert any(text.startswith(said) for text in snapshot.limitations)
 
 
 def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:

@@ -376,11 +376,11 @@ def test_words_of_a_prospect() -> None:
     gain = BoundReduction(
         name="Cn_r", bound_before=0.35 * value, bound_after=0.15 * value, low=0.1, high=0.2
     )
-    words = describe_forecast(card, 2, (gain,), MODEL, {})
-    assert words == "two more rudder-aileron doublets at 105 ft/s: Cn_r from 35 % to 15 %"
+    text = describe_forecast(card, 2, (gain,), MODEL, {})
+    assert text == "two more rudder-aileron doublets at 105 ft/s: Cn_r from 35 % to 15 %"
     unknown = replace(gain, bound_before=None)
-    words = describe_forecast(card, 1, (unknown,), MODEL, {}, "SI")
-    assert words == "one more rudder-aileron doublet at 32 m/s: Cn_r to 15 %"
+    text = describe_forecast(card, 1, (unknown,), MODEL, {}, "SI")
+    assert text == "one more rudder-aileron doublet at 32 m/s: Cn_r to 15 %"
     assert "Cn_r" not in describe_forecast(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
 
 

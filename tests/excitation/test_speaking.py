@@ -20,8 +20,8 @@ def trim(
     return TrimCue(time=time, state=state, since=time, deviations=(off,) if state == "fly" else ())
 
 
-def event(time: float, kind: EventKind, state: str, words: str = "", **data: object) -> CueEvent:
-    return CueEvent(time=time, kind=kind, state=state, text=words, data=data)
+def event(time: float, kind: EventKind, state: str, text: str = "", **data: object) -> CueEvent:
+    return CueEvent(time=time, kind=kind, state=state, text=text, data=data)
 
 
 def danger(key: str, spoken: str, urgency: AlertLevel = AlertLevel.WARNING) -> Alert:

@@ -38,8 +38,8 @@ def format_stick(aircraft, surface, size, rate_switch=None):
     return format_sticks(aircraft, {surface: size}, rate_switch=rate_switch)[surface]
 
 
-def _degrees(words: str, surface: str) -> float:
-    way, rate = words.split(", ", 1)
+def _degrees(text: str, surface: str) -> float:
+    way, rate = text.split(", ", 1)
     share = next(size for said, size in STICK_SHARES.items() if way.startswith(said))
     control = getattr(B777.controls, surface)
     return abs(share * (control.full_stick_high if "high" in rate else control.full_stick_low))
@@ -49,9 +49,9 @@ def _degrees(words: str, surface: str) -> float:
 def test_words_round_trip(surface: str, degrees: float, switch: float | None) -> None:
     control = getattr(B777.controls, surface)
     assume(degrees * DEGREE <= 1.05 * abs(control.full_stick_high))
-    words = format_stick(B777, surface, degrees * DEGREE, rate_switch=switch)
-    full = abs(control.full_stick_high if "high" in words else control.full_stick_low)
-    assert abs(_degrees(words, surface) - degrees * DEGREE) / full < 1.0 / 6.0
+    text = format_stick(B777, surface, degrees * DEGREE, rate_switch=switch)
+    full = abs(control.full_stick_high if "high" in text else control.full_stick_low)
+    assert abs(_degrees(text, surface) - degrees * DEGREE) / full < 1.0 / 6.0
 
 
 @given(surface=SURFACES, degrees=st.floats(0.1, 25.0))
@@ -63,8 +63,8 @@ def test_the_rate_lets_the_stick_move_well_where_one_does(surface: str, degrees:
     }
     easy = [rate for rate, share in sizes.items() if 1.0 / 3.0 <= share <= 0.75]
     assume(easy)
-    words = format_stick(B777, surface, degrees * DEGREE)
-    assert any(f"{rate} rate" in words for rate in easy)
+    text = format_stick(B777, surface, degrees * DEGREE)
+    assert any(f"{rate} rate" in text for rate in easy)
 
 
 def test_a_measured_switch_stays_where_it_can() -> None:
@@ -78,8 +78,8 @@ def test_a_measured_switch_stays_where_it_can() -> None:
 
 def test_one_switch_serves_all_surfaces_of_an_input() -> None:
     card = load_cards("b777").card("C1")
-    words = format_sticks(B777, card.amplitudes, rate_switch=1.0)
-    assert words == {"da": "third of stick, high rate", "dr": "third of rudder, high rate"}
+    text = format_sticks(B777, card.amplitudes, rate_switch=1.0)
+    assert text == {"da": "third of stick, high rate", "dr": "third of rudder, high rate"}
     free = format_sticks(B777, card.amplitudes)
     assert len({said.rpartition(", ")[2] for said in free.values()}) == 1
     assert needs_high_rate(B777, {"da": 18.0 * DEGREE, "dr": 8.0 * DEGREE}, rate_switch=0.0)

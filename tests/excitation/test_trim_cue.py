@@ -131,14 +131,14 @@ def test_the_spotter_hears_what_is_off_and_which_way(bank: float, speed: float, 
 def test_without_attitude_the_wing_is_named_without_degrees() -> None:
     cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
     assert cue.worst.format_text() == "right wing low"
-    words = "turn rate, rate of roll, lateral acceleration and beta (no attitude)"
-    assert f"wings: {words}" in cue.judged_by
+    text = "turn rate, rate of roll, lateral acceleration and beta (no attitude)"
+    assert f"wings: {text}" in cue.judged_by
 
 
 def test_without_a_point_any_steady_speed_will_do() -> None:
     found = cues(drawn(LEVEL, speed=24.0), point=None)
     assert at(found, 9.0).state == "go"
-    assert any("no test point" in words for words in at(found, 9.0).judged_by)
+    assert any("no test point" in text for text in at(found, 9.0).judged_by)
     assert at(cues(drawn(LEVEL, speed=24.0)), 9.0).state == "fly"
 
 

@@ -29,7 +29,7 @@ def test_seconds_left_of_a_leg_are_learned(position: bool) -> None:
     for before in (8.0, 5.0, 2.0):
         left = at(found, ONSET - before).leg_time_left
         assert abs(left - before) < 0.5
-    assert any("position" in words for words in at(found, ONSET - 5.0).judged_by) == position
+    assert any("position" in text for text in at(found, ONSET - 5.0).judged_by) == position
 
 
 def test_no_go_before_a_turn_nor_in_it() -> None:
@@ -58,7 +58,7 @@ def test_without_an_earlier_lap_nothing_is_claimed() -> None:
     cue = at(cues(drawn(np.zeros(1000), position=True)), 9.0)
     assert cue.state == "go"
     assert cue.leg_time_left is None
-    assert any("no earlier lap" in words for words in cue.limitations)
+    assert any("no earlier lap" in text for text in cue.limitations)
 
 
 def test_wind_does_not_matter_to_legs_of_one_direction() -> None:
@@ -150,11 +150,11 @@ def test_bank_is_known_without_attitude() -> None:
     for vane in (True, False):
         watch = BankObserver(DT, SPEED)
         misses = []
-        for place, values in enumerate(ticks):
+        for index, values in enumerate(ticks):
             row = {name: float(values[column]) for name, column in TICK_INDEX.items()}
             beta = row["beta"] if vane else np.nan
             watch.step((row["p"], row["q"], row["r"]), row["ax"], row["ay"], row["V"], beta, 0.0)
-            misses.append(watch.bank - bank[5 * place + 2])
+            misses.append(watch.bank - bank[5 * index + 2])
         late = np.array(misses[120:])
         assert np.sqrt((late**2).mean()) < 1.3 * DEGREE
         assert np.abs(late).max() < 4.0 * DEGREE

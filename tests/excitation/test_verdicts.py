@@ -177,7 +177,7 @@ def test_what_is_not_measured_is_said_and_not_guessed(
     own = [one for one in heard.verdicts if abs(one.t_input - flown.t_input) < 0.8]
     assert [one.result for one in own] == ([] if result is None else [result])
     if says:
-        assert any(says in words for words in own[0].judged_by)
+        assert any(says in text for text in own[0].judged_by)
 
 
 def test_a_gap_makes_it_unclear_and_no_aircraft_leaves_the_shape() -> None:
@@ -193,7 +193,7 @@ def test_a_gap_makes_it_unclear_and_no_aircraft_leaves_the_shape() -> None:
         watch.process_rows(rows)
     (verdict,) = [one for one in watch.verdicts if abs(one.t_input - flown.t_input) < 0.8]
     assert verdict.kind == "doublet"
-    assert any("amplitude and width" in words for words in verdict.judged_by)
+    assert any("amplitude and width" in text for text in verdict.judged_by)
 
 
 def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> None:
@@ -228,18 +228,18 @@ def test_too_large_is_told_by_what_went_too_far() -> None:
 def test_a_sensor_at_its_end_is_named_and_one_that_always_stands_there_is_not() -> None:
     flown = _clean()
     block = flown.measured
-    place = block.channels.index("q")
+    index = block.channels.index("q")
     high = load_aircraft("b777").sensors.gyro.range[1]
     values = np.array(block.values)
-    values[:, place] = np.clip(5.0 * values[:, place], -high, high)
+    values[:, index] = np.clip(5.0 * values[:, index], -high, high)
     clipped = watched(flown, replace(block, values=values))[0]
     assert clipped.result == "too-large"
     assert clipped.findings[0].channel == "q"
     assert "pitch rate clipped" in clipped.advice
-    values[:, place] = high
+    values[:, index] = high
     stuck = watched(flown, replace(block, values=values))[0]
     assert all(one.channel != "q" for one in stuck.findings if one.result == "too-large")
-    assert any("saturated" in words for words in stuck.judged_by)
+    assert any("saturated" in text for text in stuck.judged_by)
 
 
 def _gusts(

@@ -87,9 +87,9 @@ def make_flight(
         wanted = slow * steer
         for one in inputs:
             if one.surface == surface:
-                for place, unit in enumerate(STEPS[one.kind]):
-                    on = (times >= one.at + place * one.step) & (
-                        times < one.at + (place + 1) * one.step
+                for index, unit in enumerate(STEPS[one.kind]):
+                    on = (times >= one.at + index * one.step) & (
+                        times < one.at + (index + 1) * one.step
                     )
                     wanted = wanted + unit * one.size * DEGREE * on
         for at, checked in range_check:

@@ -139,12 +139,12 @@ def test_runs_keep_settings_estimates_and_the_edges_of_their_time(catalog):
 
 def test_a_run_of_unknown_origin_leaves_nothing_behind(catalog):
     plain = EstimationRun(method="ml", axis="lon", maneuvers=(), estimates={})
-    for changes, words in (
+    for changes, text in (
         ({"maneuvers": (("x", "1"),)}, "no flight 'x'"),
         ({"maneuvers": ((FLIGHT.name, "77"),), "estimates": {"a": EARNED}}, "no maneuver '77'"),
         ({"model": "m"}, "no model 'm'"),
     ):
-        with pytest.raises(UnknownNameError, match=words):
+        with pytest.raises(UnknownNameError, match=text):
             store_run(catalog, replace(plain, **changes))
     with pytest.raises(FlightError, match="cannot hold"):
         store_run(catalog, replace(plain, settings={"x": float("nan")}))
@@ -231,9 +231,9 @@ def test_a_reader_does_not_wait_for_a_writer(tmp_path, catalog):
 # Files that are none -------------------------------------------------------------------
 
 
-def refused(path: Path, words: str) -> None:
+def refused(path: Path, text: str) -> None:
     before = path.read_bytes() if path.is_file() else b""
-    with pytest.raises(FlightError, match=words):
+    with pytest.raises(FlightError, match=text):
         Catalog(path)
     if path.is_file():
         assert path.read_bytes() == before

@@ -421,7 +421,7 @@ def test_a_log_as_text_holds_what_the_binary_holds(tmp_path, text_log, bin_file)
 
 def test_damaged_lines_of_a_text_log_are_counted(tmp_path, text_log):
     lines = text_log.splitlines()
-    places = [place for place, line in enumerate(lines) if line.startswith("ATT")]
+    places = [index for index, line in enumerate(lines) if line.startswith("ATT")]
     lines[places[3]] = "ATT, 1030000, 1.5"
     lines[places[5]] = lines[places[5]].replace(", ", ", x", 2)
     lines[places[7]] = "\x01\x02 garbage"

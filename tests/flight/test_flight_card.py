@@ -145,10 +145,10 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
             "assignment of readings to wheels",
         ),
     }
-    for field, (values, words) in slips.items():
+    for field, (values, text) in slips.items():
         found = doubts(**values)
         assert list(found) == [field]
-        assert words in found[field]
+        assert text in found[field]
     (metric,) = check_flight_info(card(takeoff_weight="46.6 kg"), B777, system="SI")
     assert "46.6 kg" in metric.text
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
@@ -205,9 +205,9 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
     assert (got.ixx, got.iyy, got.izz) == pytest.approx(np.diag(inertia), rel=1e-9)
     assert got.ixz == pytest.approx(-inertia[0, 2], rel=1e-9)
     assert got.fuel == pytest.approx(1.5 * LB)
-    words = " ".join(found.remarks)
-    assert "moves the CG" in words
-    assert "Iyy +" in words
+    text = " ".join(found.remarks)
+    assert "moves the CG" in text
+    assert "Iyy +" in text
 
 
 def test_a_weighed_cg_moves_instruments_and_engines() -> None:

@@ -179,13 +179,13 @@ except FlightError as error:
 def test_a_folder_without_rights():
     """Unreadable and unwritable folders are told as such, by a process without privileges."""
     with tempfile.TemporaryDirectory() as name:
-        place = Path(name)
-        FlightFolder.create(place / "closed")
-        FlightFolder.create(place / "fixed")
+        path = Path(name)
+        FlightFolder.create(path / "closed")
+        FlightFolder.create(path / "fixed")
         try:
-            (place / "closed").chmod(0o000)
-            (place / "fixed").chmod(0o555)
-            place.chmod(0o555)
+            (path / "closed").chmod(0o000)
+            (path / "fixed").chmod(0o555)
+            path.chmod(0o555)
             done = subprocess.run(
                 [sys.executable, "-c", UNPRIVILEGED, name],
                 capture_output=True,
@@ -193,7 +193,7 @@ def test_a_folder_without_rights():
                 timeout=240,
             )
         finally:
-            for folder in (place, place / "closed", place / "fixed"):
+            for folder in (path, path / "closed", path / "fixed"):
                 folder.chmod(0o755)
     lines = done.stdout.splitlines()
     assert len(lines) == 4, done.stderr

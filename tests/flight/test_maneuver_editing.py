@@ -255,12 +255,12 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
     (there,) = (one for one in log.maneuver_list.maneuvers if one.note == "7.00")
     assert (there.t_start, there.t_end) == (FOUND[1].t_start, FOUND[1].t_start + 2.5)
     assert [one for one in log.maneuver_list.maneuvers if one is not there] == list(fewer)
-    said = " ".join(log.remarks)
-    assert "3 changes (manual)" in said
-    assert f"maneuver 2 at {FOUND[1].t_start:.1f} s" in said
-    assert f"maneuver 3 at {FOUND[2].t_start:.1f} s" in said
+    text = " ".join(log.remarks)
+    assert "3 changes (manual)" in text
+    assert f"maneuver 2 at {FOUND[1].t_start:.1f} s" in text
+    assert f"maneuver 3 at {FOUND[2].t_start:.1f} s" in text
     # Its number is another's now.
-    assert f"is now called {there.id}" in said
+    assert f"is now called {there.id}" in text
 
 
 def test_undo_takes_back_its_own_change_whichever_are_left_out(tmp_path):

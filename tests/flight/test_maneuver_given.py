@@ -243,7 +243,7 @@ def test_a_command_that_stands_still_is_told_as_one():
 def test_why_there_is_no_maneuver_to_use():
     still = changed(FLIGHT, dr=0.02, da=np.nan)
     assert all(
-        words in explain_no_maneuvers(still) for words in ("dr is constant", "da was not measured")
+        text in explain_no_maneuvers(still) for text in ("dr is constant", "da was not measured")
     )
     found = tuple(replace(one, use=False) for one in collect_maneuvers(FLIGHT, AIRCRAFT).maneuvers)
     assert explain_no_maneuvers(FLIGHT, found).count("excluded manually") == len(found)

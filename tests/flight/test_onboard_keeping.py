@@ -130,11 +130,11 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     """A log, then another, then the former one again, then none: by commands, told in JSON."""
     folder, log = flight
     live = load_flight(folder.path)
-    said = tmp_path / "said.json"
+    text = tmp_path / "said.json"
 
     def told(**options):
-        onboard(flight=folder.path, json=said, **options)
-        return json.loads(said.read_text())
+        onboard(flight=folder.path, json=text, **options)
+        return json.loads(text.read_text())
 
     assert told()["onboard"] is None
     first = told(log=log)

@@ -65,7 +65,7 @@ def test_other_certificates_change_the_numbers_and_are_said(
     assert np.array_equal(read.block["q"], own.block["q"], equal_nan=True)
     assert "flap" in own.block.channels
     assert "flap" not in read.block.channels
-    assert not [words for words in own.remarks if "certificate" in words]
+    assert not [text for text in own.remarks if "certificate" in text]
     assert f"'{other}'" in read.remarks[0]
     assert read.remarks[1].endswith("volts only: flap")
     said = summarize_flight(read)["calibration"]
@@ -78,13 +78,13 @@ def test_other_certificates_change_the_numbers_and_are_said(
 def test_what_lies_beyond_the_calibrated_range_is_said(flight: FlightFolder, other: Path) -> None:
     """A vane calibrated from -1 to 1 deg, and one that covered all that it showed."""
     own = load_flight(flight.path)
-    assert not [words for words in own.remarks if "outside the calibrated range" in words]
+    assert not [text for text in own.remarks if "outside the calibrated range" in text]
     alpha = load_certificates("b777")["alpha"]
     ends = alpha.volts(np.deg2rad([-1.0, 1.0]))
     narrow = replace(alpha, range=(float(ends.min()), float(ends.max())), points=())
     write_certificate(narrow, other / "alpha.toml")
     read = load_flight(flight.path, certificates=other)
-    (said,) = [words for words in read.remarks if "outside the calibrated range" in words]
+    (said,) = [text for text in read.remarks if "outside the calibrated range" in text]
     shown = own.block["alpha"][np.isfinite(own.block["alpha"])]
     share = float(np.mean(np.abs(np.rad2deg(shown)) > 1.0))
     assert share > 0.0
@@ -171,10 +171,10 @@ def test_inputs_that_are_volts_only_are_named_as_the_cause(
     (own,) = (path for path in certificate_paths("b777") if path.stem == kept)
     shutil.copy(own, certificates)
     read = load_flight(flight.path, certificates=certificates)
-    (words,) = uncalibrated_text(read)
-    inputs, _, answers = words.partition("; answers ")
+    (text,) = uncalibrated_text(read)
+    inputs, _, answers = text.partition("; answers ")
     assert bare in inputs
-    assert kept not in re.findall(r"\w+", words)
+    assert kept not in re.findall(r"\w+", text)
     assert ("alpha" in answers) == (kept != "alpha")
     given = {"flights": [flight.path], "calibration": str(certificates)}
     for run in (

@@ -128,13 +128,13 @@ def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_pa
     assert len(rows) == ROWS
     log[rows[50] + 5 : rows[50] + 13] = struct.pack("<Q", 3_600_000_000)
     flight = load_flight(written(tmp_path, bytes(log)))
-    told = "skipped for impossible or repeated times: 1 sample of sensor_combined[0]"
-    assert flight.remarks == (told,)
+    text = "skipped for impossible or repeated times: 1 sample of sensor_combined[0]"
+    assert flight.remarks == (text,)
     assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
     log[rows[150] : rows[150] + 3] = b"\xff\xff\xff"
     damaged = load_flight(written(tmp_path, bytes(log)))
     assert len(damaged.remarks) == 2
-    assert told in damaged.remarks
+    assert text in damaged.remarks
     assert damaged.block["q"][:150] == pytest.approx(0.01 * np.arange(150), abs=1e-6)
 
 

@@ -22,8 +22,8 @@ def write_flights(folder: Path) -> tuple[Path, Path]:
 
 def _flown(seed: int) -> Block:
     parts = [
-        fly(seed + place, kind, duration=6.0, dt=0.02).maneuver.block
-        for place, kind in enumerate(("lon", "lat"))
+        fly(seed + index, kind, duration=6.0, dt=0.02).maneuver.block
+        for index, kind in enumerate(("lon", "lat"))
     ]
     return Block(
         channels=parts[0].channels,

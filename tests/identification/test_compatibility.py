@@ -36,9 +36,9 @@ def maneuvers_of(flown: VirtualFlight) -> list[Maneuver]:
     flight = Flight(name="virtual", path=Path("virtual"), block=flown.measured, sources={})
     return [
         cut_maneuver(
-            flight, B777, one.t_start - 1.0, one.t_end + 1.0, id=str(number), inputs=one.inputs
+            flight, B777, one.t_start - 1.0, one.t_end + 1.0, id=str(index), inputs=one.inputs
         )
-        for number, one in enumerate(flown.maneuvers)
+        for index, one in enumerate(flown.maneuvers)
     ]
 
 

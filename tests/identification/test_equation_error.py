@@ -79,10 +79,12 @@ def test_coefficients_are_shown_as_measured_and_as_the_derivatives_compute_them(
         left = np.var((measured - computed)[counts]) / np.var(measured[counts])
         assert 1.0 - left == pytest.approx(found.fit[name].r2, abs=0.005)
     wrong = estimate([maneuver], axis, held={doubled: 2.0 * TRUTH.derivative(doubled)})
-    at = shown.channels.index(coefficient)
-    gaps = [np.nanstd((one.measured - one.computed)[:, at]) for one in (shown, wrong.histories[0])]
+    index = shown.channels.index(coefficient)
+    gaps = [
+        np.nanstd((one.measured - one.computed)[:, index]) for one in (shown, wrong.histories[0])
+    ]
     assert gaps[1] > 2.0 * gaps[0]
-    np.testing.assert_array_equal(shown.measured[:, at], wrong.histories[0].measured[:, at])
+    np.testing.assert_array_equal(shown.measured[:, index], wrong.histories[0].measured[:, index])
 
 
 @pytest.mark.long
@@ -117,8 +119,8 @@ def test_levels_of_forces_allow_for_the_zero_of_their_accelerometer(axis):
         if name in found.derivatives:
             one = found.derivatives[name]
             assert abs(one.value - TRUTH.derivative(name)) < 2.0 * one.std
-            place = found.free.index(name)
-            assert one.std == pytest.approx(np.sqrt(found.covariance[place, place]))
+            index = found.free.index(name)
+            assert one.std == pytest.approx(np.sqrt(found.covariance[index, index]))
             assert one.std > 5.0 * one.cramer_rao
 
 

@@ -94,8 +94,8 @@ def doublets(surfaces: dict[str, float], seed: int, duration: float = 10.0) -> M
     start = trim(model, V=30.5)
     times = np.arange(0.0, duration, 0.01)
     inputs = {name: np.full(times.size, value) for name, value in start.controls.items()}
-    for place, (name, size) in enumerate(surfaces.items()):
-        begin = 1.0 + 1.6 * place
+    for index, (name, size) in enumerate(surfaces.items()):
+        begin = 1.0 + 1.6 * index
         pulse = np.where((times >= begin) & (times < begin + 0.5), size, 0.0)
         pulse -= np.where((times >= begin + 0.5) & (times < begin + 1.0), size, 0.0)
         inputs[name] = inputs[name] + lfilter([0.15], [1.0, -0.85], pulse)

@@ -32,9 +32,9 @@ def flight() -> Block:
     parts.append(fly(3, "both", model=TRUTH).maneuver)
     channels = parts[0].block.channels
     rows, times = [], []
-    for place, part in enumerate(parts):
+    for index, part in enumerate(parts):
         rows.append(part.block.values[:1000])
-        begin = 50.0 + place * 10.0 + (3.0 if place == 2 else 0.0)
+        begin = 50.0 + index * 10.0 + (3.0 if index == 2 else 0.0)
         times.append(begin + 0.01 * np.arange(1000.0))
     values = np.concatenate(rows)
     random = np.random.default_rng(4)

@@ -256,9 +256,9 @@ def flown_once() -> tuple[Maneuver, ...]:
 
 def maneuvers(flights: int) -> tuple[Maneuver, ...]:
     found = []
-    for place, one in enumerate(flown_once()):
-        number = 1 if flights == 1 else 1 + place // 4
-        name = f"{number}:M{place}" if flights > 1 else f"M{place}"
+    for index, one in enumerate(flown_once()):
+        number = 1 if flights == 1 else 1 + index // 4
+        name = f"{number}:M{index}" if flights > 1 else f"M{index}"
         found.append(replace(one, id=name, flight=f"flight {number}"))
     return tuple(found)
 

@@ -62,9 +62,9 @@ def test_free_sets_follow_the_tables() -> None:
 
 def test_measured_motion_follows_the_truth(flown: VirtualFlight) -> None:
     flight = flight_of(flown.measured)
-    for number, one in enumerate(flown.maneuvers):
+    for index, one in enumerate(flown.maneuvers):
         maneuver = cut_maneuver(
-            flight, B777, one.t_start - 1.0, one.t_end, id=str(number), inputs=one.inputs
+            flight, B777, one.t_start - 1.0, one.t_end, id=str(index), inputs=one.inputs
         )
         motion = measured_motion(maneuver)
         truth = flown.truth.between(maneuver.t_start - 1e-6, maneuver.t_end + 1e-6)

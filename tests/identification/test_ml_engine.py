@@ -144,11 +144,11 @@ def test_sensitivities_are_the_derivatives_of_the_discretized_motion(axis):
         return kernel.outputs(drives.samples, moved, values)
 
     for column, name in enumerate(kernel.free):
-        place = model.parameter_names.index(name)
-        step = 1e-4 * max(1.0, abs(values[place]))
+        index = model.parameter_names.index(name)
+        step = 1e-4 * max(1.0, abs(values[index]))
         up, down = values.copy(), values.copy()
-        up[place] += step
-        down[place] -= step
+        up[index] += step
+        down[index] -= step
         numeric = (responses(up, start) - responses(down, start)) / (2.0 * step)
         assert np.abs(dy[:, column] - numeric).max() < 2e-5 * np.abs(numeric).max() + 1e-7, name
     for column in range(len(rows)):

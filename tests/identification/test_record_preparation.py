@@ -228,7 +228,7 @@ def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
 
 def test_an_aircraft_file_that_expects_a_position_is_told_what_the_log_holds() -> None:
     maneuver = commanded(fly(7, "lon"), B777)
-    (surface, words) = next(iter(unmeasured_surfaces(maneuver, "lon")))
+    (surface, text) = next(iter(unmeasured_surfaces(maneuver, "lon")))
     assert surface == "de"
-    assert "de_command" in words
-    assert 'kind = "command"' in words
+    assert "de_command" in text
+    assert 'kind = "command"' in text

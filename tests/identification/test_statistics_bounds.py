@@ -35,8 +35,8 @@ def as_written(
     """Return sum_j (1 - |j|/(Lg + 1)) sum_k S_k' W C_j W S_(k+j), term by term."""
     n, m, count = S.shape
     label = np.zeros(n, dtype=int)
-    for number, part in enumerate(segments or [slice(0, n)]):
-        label[part] = number
+    for index, part in enumerate(segments or [slice(0, n)]):
+        label[part] = index
     ok = np.isfinite(v)
     clean = np.where(ok, v, 0.0)
     B = np.zeros((count, count))

@@ -29,9 +29,9 @@ def maneuvers() -> tuple[Maneuver, ...]:
         {"Cm_de": -2.2, "Cm_q": -60.0, "Cm_alpha": -0.9, "CN_alpha": 3.0}
     )
     found = []
-    for place, seed in enumerate(SEEDS):
-        number, flight = (1, "A") if place < 4 else (2, "B")
-        name = f"{number}:M{place + 1}"
+    for index, seed in enumerate(SEEDS):
+        number, flight = (1, "A") if index < 4 else (2, "B")
+        name = f"{number}:M{index + 1}"
         model = other if name == WILD else TRUTH
         flown = fly(seed, "lon", dt=0.02, duration=6.0, model=model).maneuver
         found.append(replace(flown, id=name, flight=flight))

@@ -54,7 +54,7 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearModelValidation)
             CampaignReportData(outcome=outcome(), ftr_histories=heard, linear=compared), units="SI"
         )
     )
-    for words in (
+    for text in (
         "Derivatives of the B777",
         f"Maneuver {WILD} is an outlier",
         "and by what the maneuvers scatter beyond their bounds",
@@ -68,7 +68,7 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearModelValidation)
         "A: FTR not computed: there are too few samples",
         "By moved surfaces",
     ):
-        assert words in said, words
+        assert text in said, text
     assert "Written" not in said
 
 
@@ -212,9 +212,9 @@ def test_linear_models_are_drawn_with_the_numbers_shown(compared: LinearModelVal
 
 
 def test_the_flights_that_judge_must_be_among_those_of_the_report() -> None:
-    for flights, words in (
+    for flights, text in (
         ((Path("C"),), "not among the flights"),
         ((Path("A"), Path("B")), "fewer"),
     ):
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=text):
             compare_linear_models(outcome(), flights)

@@ -73,13 +73,13 @@ def test_the_page_for_a_browser_needs_nothing_else_and_says_who_when_and_how_goo
     page = path.read_text(encoding="utf-8")
     assert not re.findall(r"(?:src|href)=\"(?!data:)", page)
     assert page.count("data:image/png;base64,") == 1
-    for words in (
+    for text in (
         "Rudder surface", "B. Jones", "2003-06-13 08:35:00", "61 degF", "5.000 V",
         "Positive trailing edge left", "Since 2003-05-14", "more than the points explain",
         f"{100 * again.quality.coverage:.0f} %",
         f"{again.quality.uncertainty:.2f} deg", f"{again.quality.hysteresis:.2f} ±",
     ):  # fmt: skip
-        assert words in page, words
+        assert text in page, text
     for point in again.points:
         assert f"{point.volts:.4f}" in page
 

@@ -122,7 +122,7 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         "3. Add",
         "4. Show",
     ]
-    for words in (
+    for text in (
         "The model lacks a named effect.",
         "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
         "forced",
@@ -132,7 +132,7 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         "weigh the aircraft on two scales",
         "q was clipped",
     ):
-        assert words in page.text, words
+        assert text in page.text, text
 
 
 @pytest.mark.parametrize("verdict", get_args(DiscrepancyVerdict))

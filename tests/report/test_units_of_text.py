@@ -57,12 +57,12 @@ def test_metric_values_of_a_sentence_are_converted(sentence: str, shown: str) ->
 
 
 def test_customary_values_of_a_sentence_are_converted() -> None:
-    said = "from 80 to 120 ft/s, 12 lb each, 68 degF; 3 in 5 maneuvers"
+    text = "from 80 to 120 ft/s, 12 lb each, 68 degF; 3 in 5 maneuvers"
     assert (
-        convert_text_units(said, "SI")
+        convert_text_units(text, "SI")
         == "from 24 to 36.6 m/s, 5.4 kg each, 20 degC; 3 in 5 maneuvers"
     )
-    assert convert_text_units(said, "US") == said
+    assert convert_text_units(text, "US") == text
     metric = "26.2 m/s, 20 degC, 20.5 kg"
     assert convert_text_units(metric, "SI") == metric
 

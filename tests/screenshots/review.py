@@ -65,8 +65,8 @@ def _capture_steps(crew: ScreenshotTaker, flights: int) -> Iterator[Path]:
     yield crew.take_screenshot("estimate")
     crew.press_key("Alt+3")
     view = review.pages["figures"].view
-    for place, name in enumerate(("values", *_FIGURES)):
-        if place:
+    for index, name in enumerate(("values", *_FIGURES)):
+        if index:
             crew.press_key("Ctrl+PgDown")
         for _ in range(2):
             # What comes of a job is drawn once more.

@@ -160,12 +160,12 @@ def test_an_episode_holds_the_worst_of_an_alarm_that_grew(side: Literal["high", 
     board = AlarmRegistry()
     unit = DEG if side == "high" else -DEG
     rule = LimitRule(channel="alpha", side=side, caution=10 * unit, warning=14 * unit)
-    for time, severity, words, value in (
+    for time, severity, text, value in (
         (1.0, Severity.CAUTION, "far", 11),
         (2.0, Severity.WARNING, "too far", 15),
         (2.5, Severity.CAUTION, "far", 12),
     ):
-        board.raise_(rule.key, severity, time, words, rule=rule, value=value * unit)
+        board.raise_(rule.key, severity, time, text, rule=rule, value=value * unit)
     alarm = board.get(rule.key)
     assert (alarm.severity, alarm.current, alarm.value) == (
         Severity.WARNING, Severity.CAUTION, 15 * unit

@@ -172,10 +172,10 @@ def test_loss_is_the_share_of_what_was_sent(bench: Bench, box: Any) -> None:
     framer = Framer()
     frames = framer.feed(b"".join(b"".join(box.tick(k)) for k in range(500)))
     bench.look()
-    for number, frame in enumerate(frames[:400]):
-        if number < 200 or number % 4:
+    for index, frame in enumerate(frames[:400]):
+        if index < 200 or index % 4:
             bench.health.feed([(bench.clock.now_us(), "frame", frame.data)])
-        if number in (199, 399):
+        if index in (199, 399):
             bench.look()
     report = bench.health.report()
     assert (report.good, report.lost) == (350, 50)

@@ -179,14 +179,14 @@ def test_going_back_feeds_everything_up_to_there_again() -> None:
 def test_single_steps() -> None:
     feed, history, watcher, clock = replay(flight())
     run(feed, clock, 1.0)
-    place = history.index(history.end)
+    index = history.index(history.end)
     feed.step(1)
-    assert history.last("q") == ((place + 1) / RATE, place + 1.0)
+    assert history.last("q") == ((index + 1) / RATE, index + 1.0)
     feed.step(-2)
-    assert history.last("q") == ((place - 1) / RATE, place - 1.0)
+    assert history.last("q") == ((index - 1) / RATE, index - 1.0)
     assert not feed.playing
     run(feed, clock, 0.1)
-    assert watcher.seen["q"][-1] == place - 1.0
+    assert watcher.seen["q"][-1] == index - 1.0
 
 
 @settings(deadline=None, max_examples=20)

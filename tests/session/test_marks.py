@@ -48,8 +48,8 @@ def test_what_was_taken_back_can_be_brought_back(tmp_path: Path) -> None:
     log = EventLog(tmp_path / "events.jsonl")
     log.append(Event(kind="mark", text="one", time=1.0, data={"id": "mark"}))
     standing = []
-    for number, of in enumerate(("mark", "undo-0", "undo-1")):
-        log.append(Event(kind="undo", data={"id": f"undo-{number}", "of": of}))
+    for index, of in enumerate(("mark", "undo-0", "undo-1")):
+        log.append(Event(kind="undo", data={"id": f"undo-{index}", "of": of}))
         marks = book(tmp_path)
         marks.poll()
         standing.append(len(marks.marks))

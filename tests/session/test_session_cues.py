@@ -128,7 +128,7 @@ def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
         cues = session.cues
         stuck = [danger for danger in cues.alerts if "alpha" in danger.channels]
         assert stuck
-        assert any(words.startswith("ignored: ") for words in cues.limitations)
+        assert any(text.startswith("ignored: ") for text in cues.limitations)
         alarm = session.alarm_registry.get(f"danger:{stuck[0].key}")
         assert alarm.active
         assert alarm.message == stuck[0].text
@@ -145,7 +145,7 @@ def test_bad_cards_do_not_keep_a_flight_from_being_watched(tmp_path: Path) -> No
     record.close()
     with opened(replayed(folder)) as session:
         assert session.crew_cues.cards is None
-        (said,) = (words for words in session.remarks if "test cards are not used" in words)
+        (said,) = (text for text in session.remarks if "test cards are not used" in text)
         assert "cards.toml" in said
         assert session.cues.trim is not None
 
@@ -276,7 +276,7 @@ def test_what_reads_beyond_its_calibration_is_said(
     record.close()
     with opened(replayed(folder, _UNMODELED)) as session:
         cues = session.cues
-        assert not [words for words in cues.limitations if "outside calibration" in words]
+        assert not [text for text in cues.limitations if "outside calibration" in text]
         used = dict(session.metadata.certificates)
         # Of the whole range only the two degrees next to its lower end were calibrated.
         low, _ = used["alpha"].range

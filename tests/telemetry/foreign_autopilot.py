@@ -28,15 +28,15 @@ def main(port: int, log: Path, heard: Path, loss: float, at_once: int = 8) -> No
     luck = random.Random(5)
     beat = 0.0
     asked = None
-    with heard.open("a") as words:
+    with heard.open("a") as text:
         while True:
             now = time.monotonic()
             if now >= beat:
                 beat = now + 0.2
                 link.mav.heartbeat_send(1, 3, 0, 0, 4)
             while (message := link.recv_match()) is not None:
-                words.write(f"{message.get_type()}\n")
-                words.flush()
+                text.write(f"{message.get_type()}\n")
+                text.flush()
                 if message.get_type() == "LOG_REQUEST_LIST":
                     link.mav.log_entry_send(OLD, 2, NUMBER, BEGUN - 86_400, 500)
                     link.mav.log_entry_send(NUMBER, 2, NUMBER, BEGUN, len(data))

@@ -220,9 +220,9 @@ def test_recording_without_a_window_says_what_is_wrong(
 
     threading.Thread(target=stop, daemon=True).start()
     record(f"serial:{path}:57600", folder, channel_map="ardupilot-plane", aircraft="b777")
-    said = " ".join(capsys.readouterr().out.split())
-    assert f"{path} (57,600 baud)" in said
-    assert "aircraft is on" in said
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"{path} (57,600 baud)" in text
+    assert "aircraft is on" in text
 
 
 def test_the_recorder_tells_what_came_last(

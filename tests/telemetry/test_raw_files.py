@@ -351,8 +351,8 @@ def test_a_full_disk_is_survived(tmp_path: Path, frames, room: int) -> None:
     writer = RawWriter(tmp_path, write=disk.write)
     sent = frames(100)
     framer = Framer()
-    for number, frame in enumerate(sent):
-        writer.append(STAMP + number, framer.feed(b"no" + frame))
+    for index, frame in enumerate(sent):
+        writer.append(STAMP + index, framer.feed(b"no" + frame))
     assert "disk" in writer.state.error
     assert "full" in writer.state.error
     assert writer.state.waiting_bytes > 0
@@ -370,8 +370,8 @@ def test_a_full_disk_is_survived(tmp_path: Path, frames, room: int) -> None:
 def test_what_waits_in_the_end_is_told_apart_from_what_was_dropped(tmp_path: Path, frames) -> None:
     writer = RawWriter(tmp_path, write=FullDisk(50).write, memory_bytes=2000)
     framer = Framer()
-    for number, frame in enumerate(frames(300)):
-        writer.append(STAMP + number, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(frames(300)):
+        writer.append(STAMP + index, framer.feed(frame) + framer.flush_complete())
     dropped, waiting = writer.state.dropped_records, writer.state.waiting_bytes
     writer.close()
     state = writer.state
@@ -384,8 +384,8 @@ def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> Non
     disk = FullDisk(50)  # in the middle of a record
     writer = RawWriter(tmp_path, write=disk.write, memory_bytes=2000)
     sent, framer = frames(300), Framer()
-    for number, frame in enumerate(sent):
-        writer.append(STAMP + number, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(sent):
+        writer.append(STAMP + index, framer.feed(frame) + framer.flush_complete())
     assert writer.state.waiting_bytes <= 2000
     assert writer.state.dropped_records > 200
     disk.room = 10**9

@@ -90,7 +90,7 @@ class Running:
 
 
 def stamped(sent: list[bytes]) -> list[Chunk]:
-    return [Chunk(1_000_000 + number, frame) for number, frame in enumerate(sent)]
+    return [Chunk(1_000_000 + index, frame) for index, frame in enumerate(sent)]
 
 
 class FullDisk(threading.Event):
@@ -329,8 +329,8 @@ def test_a_disk_that_fails_to_flush_is_told_without_a_break(
     source = Script()
     sent = frames(60)
     with Running(source, tmp_path, on_status=told.append):
-        for number, frame in enumerate(sent):
-            source.chunks.append(Chunk(1_000_000 + number, frame))
+        for index, frame in enumerate(sent):
+            source.chunks.append(Chunk(1_000_000 + index, frame))
             time.sleep(0.05)
     first = next(n for n, status in enumerate(told) if status.error)
     assert len(told) - first >= 3
@@ -457,9 +457,9 @@ def test_a_recorder_is_started_found_and_stopped(tmp_path, frames, port, patienc
     sent = frames(200)
     tails = [RawTail(folder) for _ in range(3)]
     seen: list[list[bytes]] = [[] for _ in tails]
-    for number, frame in enumerate(sent):
+    for index, frame in enumerate(sent):
         sender.sendto(frame, target)
-        if number % 20 == 0:
+        if index % 20 == 0:
             time.sleep(0.005)
             for tail, mine in zip(tails[:2], seen[:2], strict=True):  # the third one is frozen
                 mine += [item.data for item in tail.poll()]
@@ -604,12 +604,12 @@ def test_killing_the_window_loses_no_byte(tmp_path, frames, port, patience) -> N
     )
     assert window.stdout.readline().strip() == b"recording"
     sent = frames(600)
-    for number, frame in enumerate(sent):
+    for index, frame in enumerate(sent):
         sender.sendto(frame, target)
-        if number == 300:
+        if index == 300:
             window.kill()
             window.wait()
-        if number % 10 == 0:
+        if index % 10 == 0:
             time.sleep(0.002)
     patience(lambda: len(data_of(folder)) == 600)
     assert data_of(folder) == sent
@@ -628,9 +628,9 @@ def test_killing_the_recorder_loses_only_what_came_afterwards(
     tail, seen = RawTail(tmp_path), []
 
     def send(part: list[bytes]) -> None:
-        for number, frame in enumerate(part):
+        for index, frame in enumerate(part):
             sender.sendto(frame, target)
-            if number % 10 == 0:
+            if index % 10 == 0:
                 time.sleep(0.002)
 
     send(sent[:200])
@@ -704,8 +704,8 @@ def test_a_recycled_process_id_does_not_pass_for_a_recorder(tmp_path: Path) -> N
 def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
     first = tmp_path / "first"
     writer, framer, sent = RawWriter(first), Framer(), frames(50)
-    for number, frame in enumerate(sent):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(sent):
+        writer.append(1_000_000 + index * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     status = record_link(str(first), tmp_path / "second", speed=float("inf"))
     assert status.state == "stopped"
@@ -718,8 +718,8 @@ def test_the_record_command_tells_what_it_did(tmp_path, frames, capsys, port) ->
 
     first = tmp_path / "first"
     writer, framer = RawWriter(first), Framer()
-    for number, frame in enumerate(frames(20)):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(frames(20)):
+        writer.append(1_000_000 + index * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     record(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
     printed = capsys.readouterr().out
@@ -755,14 +755,14 @@ def test_bad_input_over_a_link_is_kept_byte_for_byte(tmp_path, frames, port, pat
     unknown = bytes((0xFD, 5, 0, 0, 9, 1, 1)) + (15_000_000).to_bytes(3, "little") + b"1234567"
     one, two = frames(200, seed=1, system=1), frames(200, seed=2, system=2)
     stream, whole = b"", []
-    for number, pair in enumerate(zip(one, two, strict=True)):
+    for index, pair in enumerate(zip(one, two, strict=True)):
         stream += b"".join(pair)
         whole += pair
-        if number % 10 == 0:
+        if index % 10 == 0:
             stream += choose.randbytes(choose.randrange(30))
-        if number % 10 == 3:
+        if index % 10 == 3:
             stream += pair[0][: len(pair[0]) // 2]
-        if number % 10 == 6:
+        if index % 10 == 6:
             stream += unknown
     handle = start_recorder(f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}", tmp_path)
     address = parse_link(handle.status().link)
@@ -794,9 +794,9 @@ def test_a_recorder_lives_through_a_disk_that_is_full(tmp_path, frames, port, pa
     try:
         handle = start_recorder(link, disk / "flight")
         sent = frames(2000)
-        for number, frame in enumerate(sent):
+        for index, frame in enumerate(sent):
             sender.sendto(frame, target)
-            if number % 20 == 0:
+            if index % 20 == 0:
                 time.sleep(0.002)
         patience(lambda: handle.status().waiting_bytes > 10_000)
         status = handle.status()

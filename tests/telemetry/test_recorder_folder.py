@@ -233,8 +233,8 @@ def test_the_command_appends_to_a_finished_flight_only_when_asked(
 
     source, out = tmp_path / "source", tmp_path / "out"
     writer, framer = RawWriter(source), Framer()
-    for number, frame in enumerate(frames(20)):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(frames(20)):
+        writer.append(1_000_000 + index * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     record(str(source), out, speed=1000.0)
     with pytest.raises(FlightError, match="--continue"):

@@ -768,8 +768,8 @@ def test_pymavlink_is_a_peer_both_ways(port) -> None:
 
 def recorded(folder: Path, frames: list[bytes], period_us: int) -> str:
     writer, framer = RawWriter(folder), Framer()
-    for number, frame in enumerate(frames):
-        writer.append(STAMP + number * period_us, framer.feed(frame) + framer.flush_complete())
+    for index, frame in enumerate(frames):
+        writer.append(STAMP + index * period_us, framer.feed(frame) + framer.flush_complete())
     writer.close()
     return str(folder)
 

@@ -228,6 +228,6 @@ def make_answer(
             verdict="effects-found" if proven or request.forced else "model-adequate",
         ),
         effect_infos=NOTES,
-        kinds={str(place + 1): kind for place, kind in enumerate(_KINDS)},
+        kinds={str(index + 1): kind for index, kind in enumerate(_KINDS)},
         remarks=("maneuver 9 is left out: too little excitation",),
     )

@@ -87,9 +87,9 @@ def verdict(result: str, advice: str) -> InputVerdict:
     return replace(VERDICT, result=result, advice=advice)  # type: ignore[type-var]
 
 
-def danger(words: str, *, warning: bool = True) -> Alert:
+def danger(text: str, *, warning: bool = True) -> Alert:
     urgency = AlertLevel.WARNING if warning else AlertLevel.CAUTION
-    return Alert(key="nose", level=urgency, since=178.0, text=words, spoken_text=words)
+    return Alert(key="nose", level=urgency, since=178.0, text=text, spoken_text=text)
 
 
 STATES: dict[str, CueSnapshot] = {
@@ -154,24 +154,24 @@ def debrief() -> Debrief:
     results = ("good", "too-small", "good", "spoiled", "too-large", "good", "not-trimmed", "good")
     made = tuple(
         judged(
-            f"M{place + 1}",
+            f"M{index + 1}",
             replace(
                 VERDICT if result == "too-small" else verdict(result, RESULT_ADVICE[result]),
-                counts=result == "good", t_start=60.0 * place + 20, t_input=60.0 * place + 21,
-                t_input_end=60.0 * place + 22.2, t_end=60.0 * place + 25,
+                counts=result == "good", t_start=60.0 * index + 20, t_input=60.0 * index + 21,
+                t_input_end=60.0 * index + 22.2, t_end=60.0 * index + 25,
                 findings=VERDICT.findings if result == "too-small" else (),
             ),
-            go=place != 6,
+            go=index != 6,
         )
-        for place, result in enumerate(results)
+        for index, result in enumerate(results)
     )  # fmt: skip
     cards = tuple(
         CardScore(
-            card=card.id, title=card.display_title, good=min(place + 1, card.repeats),
-            flown=place + 2,
+            card=card.id, title=card.display_title, good=min(index + 1, card.repeats),
+            flown=index + 2,
             requested=card.repeats,
         )
-        for place, card in enumerate(CARDS.cards)
+        for index, card in enumerate(CARDS.cards)
     )  # fmt: skip
     return Debrief(flight="2026-05-12 flight 2", maneuvers=made, cards=cards)
 

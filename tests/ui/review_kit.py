@@ -28,11 +28,11 @@ class ThreadEngine:
         self._tell: JobProgressCallback = lambda _share, _words: None
         self._bench = ReviewJobHandler(self._told)
 
-    def _told(self, share: float | None, words: str) -> None:
-        self._tell(share, words)
+    def _told(self, share: float | None, text: str) -> None:
+        self._tell(share, text)
         while not self.hold.is_set():
             time.sleep(0.005)
-            self._tell(share, words)
+            self._tell(share, text)
 
     def do(self, job: Any, tell: Callable[[float | None, str], object]) -> object:
         self.jobs.append(job)

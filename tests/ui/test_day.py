@@ -31,7 +31,7 @@ def test_a_day_by_mouse_and_keys(tmp_path: Path) -> None:
         seen = walk("quick", tmp_path, where)
         assert left_running(tmp_path) == []
         assert seen["port"] in seen["wrong_port"]
-        assert any("silent" in words for words in seen["alarms"])
+        assert any("silent" in text for text in seen["alarms"])
         assert not seen["recording"]
         assert seen["waiting"] == seen["recorders"] == []
         (flight,) = (tmp_path / "flights").iterdir()

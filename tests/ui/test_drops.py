@@ -55,10 +55,10 @@ def test_several_are_offered_to_the_review(
 
 
 def test_what_is_no_file_is_refused(window: MainWindow) -> None:
-    words, page = QMimeData(), QMimeData()
-    words.setText("a flight")
+    text, page = QMimeData(), QMimeData()
+    text.setText("a flight")
     page.setUrls([QUrl("https://example.org/flight.tlog")])
-    assert drop(window, words) is None
+    assert drop(window, text) is None
     assert drop(window, page) is None
 
 

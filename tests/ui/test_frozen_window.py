@@ -56,19 +56,19 @@ def test_a_frozen_window_loses_no_byte_and_draws_what_came_meanwhile(
     recorder: RecorderHandle, tmp_path: Path
 ) -> None:
     """A real window's process is stopped while a real recorder writes a real link, and goes on."""
-    told = tmp_path / "told.json"
+    text = tmp_path / "told.json"
     folder = recorder.folder
     raw = folder / "raw.tlog"
     status = json.loads((folder / "recorder.json").read_text(encoding="utf-8"))
     port = int(status["link"].rpartition(":")[2])
 
     def state() -> dict[str, list[float]]:
-        return json.loads(told.read_text(encoding="utf-8")) if told.exists() else {"times": []}
+        return json.loads(text.read_text(encoding="utf-8")) if text.exists() else {"times": []}
 
     program = Path(__file__).with_name("watched_window.py")
     with (tmp_path / "window.log").open("wb") as log:
         window = subprocess.Popen(
-            [sys.executable, str(program), str(tmp_path / "settings"), str(folder), str(told)],
+            [sys.executable, str(program), str(tmp_path / "settings"), str(folder), str(text)],
             env={**os.environ, "QT_QPA_PLATFORM": "offscreen"}, stdout=log, stderr=log,
         )  # fmt: skip
     try:
@@ -76,9 +76,9 @@ def test_a_frozen_window_loses_no_byte_and_draws_what_came_meanwhile(
             wait_for(lambda: len(state()["times"]) > 100)
             os.kill(window.pid, signal.SIGSTOP)
             time.sleep(0.1)
-            before, size, first = told.read_bytes(), raw.stat().st_size, state()["times"][-1]
+            before, size, first = text.read_bytes(), raw.stat().st_size, state()["times"][-1]
             time.sleep(FROZEN)
-            assert told.read_bytes() == before, "the window was not frozen"
+            assert text.read_bytes() == before, "the window was not frozen"
             assert (
                 raw.stat().st_size > size + 0.9 * FROZEN * 100 * 100
             )  # frames of 100 bytes and more

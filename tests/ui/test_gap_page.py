@@ -409,12 +409,12 @@ def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot)
     story.gap_page.result_view.show_result(replace(answer, discrepancy=found))
     press(qtbot, Qt.Key.Key_2, ALT)
     names = story.gap_page.result_view.stages["name"]
-    said = f"cannot tell it from “{TITLES['aero.Cm.speed']}”"
-    assert said in names.winner.text()
+    text = f"cannot tell it from “{TITLES['aero.Cm.speed']}”"
+    assert text in names.winner.text()
     assert "of 100" not in names.winner.text()
     press(qtbot, Qt.Key.Key_3, ALT)
     adds = story.gap_page.result_view.stages["add"]
-    assert said in adds.sentences.text()
+    assert text in adds.sentences.text()
 
 
 def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: QtBot) -> None:

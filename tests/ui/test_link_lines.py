@@ -13,11 +13,11 @@ START_US = 1_700_000_000_000_000
 
 def heard(*frames: tuple[int, int]) -> LinkReport:
     health, module = LinkHealth(), dialect()
-    for place, (component, sequence) in enumerate(frames):
+    for index, (component, sequence) in enumerate(frames):
         packer = module.MAVLink(None, srcSystem=1, srcComponent=component)
         packer.seq = sequence
         message = module.MAVLink_attitude_message(100 * sequence, 1, 2, 3, 4, 5, 6)
-        health.feed([(START_US + 100_000 * place, "frame", bytes(message.pack(packer)))])
+        health.feed([(START_US + 100_000 * index, "frame", bytes(message.pack(packer)))])
     return health.report()
 
 

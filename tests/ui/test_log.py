@@ -14,8 +14,8 @@ def turned_log(path: Path) -> _RotatingLog:
     return handler
 
 
-def write(handler: logging.Handler, words: str) -> None:
-    handler.emit(logging.LogRecord("x", logging.INFO, "x", 1, words, None, None))
+def write(handler: logging.Handler, text: str) -> None:
+    handler.emit(logging.LogRecord("x", logging.INFO, "x", 1, text, None, None))
 
 
 def test_a_log_that_another_window_has_open_grows_on(

@@ -316,8 +316,8 @@ def test_controls_are_high_enough_for_gloves_and_have_names(window, flown):
         assert buttons
         for button in buttons:
             assert button.height() >= window.display_style.px(44), button.text()
-            words = button.fontMetrics().horizontalAdvance(button.text())
-            assert button.width() >= words + window.display_style.px(8), button.text()
+            text = button.fontMetrics().horizontalAdvance(button.text())
+            assert button.width() >= text + window.display_style.px(8), button.text()
             assert button.accessibleName(), button.text()
         # The page has the rest of the room, and the buttons lie below it.
         assert window.pilot_page.canvas.height() > 0.4 * window.height()

@@ -31,9 +31,9 @@ class Flight:
         cues = replace(BASE, time=self.time, input_in_progress=under_way)
         self.speech.speak_new_cues(cues, self.said, aloud=aloud)
 
-    def say(self, words: str, priority: str = "prompt", tone: str = "", ago: float = 0.0) -> None:
+    def say(self, text: str, priority: str = "prompt", tone: str = "", ago: float = 0.0) -> None:
         self.said.append(
-            Announcement(time=self.time - ago, text=words, priority=priority, tone=tone)  # type: ignore[arg-type]
+            Announcement(time=self.time - ago, text=text, priority=priority, tone=tone)  # type: ignore[arg-type]
         )
 
 
@@ -153,8 +153,8 @@ def test_never_more_than_one_sentence_behind(qapp: QApplication, steps: list[obj
         elif step in ("begins", "over"):
             hands_off = step == "begins"
         else:
-            words, priority = step  # type: ignore[misc]
-            flight.say(words, priority)
+            text, priority = step  # type: ignore[misc]
+            flight.say(text, priority)
         flight.hear(hands_off=hands_off)
     heard = len(flight.mouth.spoken)
     flight.hear()

@@ -194,8 +194,8 @@ def test_no_fuel_is_a_value_too() -> None:
 
 def test_the_step_of_the_cards_counts_what_is_wrong() -> None:
     cards = load_cards("b777")
-    for problems, words in ((("no number",), "1 value wrong"), (("a", "b"), "2 values wrong")):
-        assert find_cards_state(cards, None, problems, own=True, flies=False).text == words
+    for problems, text in ((("no number",), "1 value wrong"), (("a", "b"), "2 values wrong")):
+        assert find_cards_state(cards, None, problems, own=True, flies=False).text == text
 
 
 def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_path: Path) -> None:
@@ -449,14 +449,14 @@ def check_controls(window: MainWindow) -> None:
     assert len(controls) > 25
     boxes = [in_window(control, inside) for control in controls]
     width = page.area.viewport().width()
-    for place, (control, box) in enumerate(zip(controls, boxes, strict=True)):
+    for index, (control, box) in enumerate(zip(controls, boxes, strict=True)):
         # Borders and paddings are rounded one by one.
         assert control.height() >= high - 2, control.accessibleName()
         assert control.accessibleName()
         assert 0 <= box.left() < box.right() <= width
         crossing = [
             controls[at].accessibleName()
-            for at, other in enumerate(boxes[place + 1 :], place + 1)
+            for at, other in enumerate(boxes[index + 1 :], index + 1)
             if box.intersects(other)
         ]
         assert not crossing, (control.accessibleName(), crossing, box)

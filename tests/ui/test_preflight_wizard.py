@@ -75,7 +75,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.keys == 1
     assert window.controller.complaints == []
     assert window.voice.tones.count("taken") >= 12
-    assert any("Left elevator" in words for words in window.voice.words)
+    assert any("Left elevator" in text for text in window.voice.words)
 
     made = load_certificates(window.store.current.calibration)
     certificate = made["elevator_left"]

@@ -204,9 +204,9 @@ def test_a_point_lies_at_its_value_and_a_click_on_it_chooses_its_maneuver(bench:
         assert bench.selection.maneuver == maneuver
         assert bench.selection.derivative == "Cm_q"
         assert maneuver in bench.page.frame.detail.text()
-        words = canvas.text_at(QPointF(at))
-        assert f"Maneuver {maneuver}" in words
-        assert "ft/s" in words
+        text = canvas.text_at(QPointF(at))
+        assert f"Maneuver {maneuver}" in text
+        assert "ft/s" in text
     empty = bench.place("Cm_q", 2.5, point("Cm_q", "1:M3").value)
     assert "Maneuver" not in bench.page.view.canvas.text_at(QPointF(empty))
 
@@ -264,9 +264,9 @@ def test_the_wild_maneuver_is_gray_in_sight_and_says_why(bench: Bench) -> None:
     at = QPoint(round(spot.x), round(spot.y))
     around = [bench.color(at + QPoint(x, y)) for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2)]
     assert any(near(one, THEMES["daylight"].previous) for one in around)
-    words = bench.page.view.canvas.text_at(QPointF(spot.x, spot.y))
-    assert "Excluded" in words
-    assert "sigma" in words
+    text = bench.page.view.canvas.text_at(QPointF(spot.x, spot.y))
+    assert "Excluded" in text
+    assert "sigma" in text
 
 
 def test_arrows_walk_over_all_points_and_enter_opens_the_fit(bench: Bench) -> None:

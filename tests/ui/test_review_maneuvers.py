@@ -423,8 +423,8 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
 def test_the_chosen_maneuver_is_named_whatever_the_room(qapp: QApplication, long: str) -> None:
     style = DisplayStyle()
     spans = tuple(
-        TimelineSpan(id=name, start=12.0 * place, stop=12.0 * place + 5.0, label=label, grade="A")
-        for place, (name, label) in enumerate({"1": "1 A", long[:-2]: long, "3": "3 A"}.items())
+        TimelineSpan(id=name, start=12.0 * index, stop=12.0 * index + 5.0, label=label, grade="A")
+        for index, (name, label) in enumerate({"1": "1 A", long[:-2]: long, "3": "3 A"}.items())
     )
     lane = QRectF(0, 0, 150, 20)
     scale = TimeScale(start=0.0, stop=36.0, left=0.0, right=150.0)

@@ -145,7 +145,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         QTest.keyClick(dialog, Qt.Key.Key_Return)
 
     def coming() -> bool:
-        return any("kB/s" in words for words in banners(window))
+        return any("kB/s" in text for text in banners(window))
 
     note = folder.cache_folder / "download" / "onboard-8.json"
 
@@ -157,7 +157,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         qtbot.waitUntil(coming, timeout=60_000)
         window.commands.actions["review_onboard_stop"].trigger()
         qtbot.waitUntil(lambda: not controller.work.running, timeout=40_000)
-        assert any("stopped" in words for words in banners(window))
+        assert any("stopped" in text for text in banners(window))
         left = missing()
         assert 0 < left < log.stat().st_size
         press(window, KEYS, answer)
@@ -166,7 +166,7 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
         qtbot.waitUntil(lambda: not controller.work.running, timeout=40_000)
         # An error is told a moment after the work has ended.
         qtbot.waitUntil(
-            lambda: any("received part of the log is kept" in words for words in banners(window))
+            lambda: any("received part of the log is kept" in text for text in banners(window))
         )
         assert folder.info_file.read_bytes() == card
         served.kill()

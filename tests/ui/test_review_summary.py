@@ -137,9 +137,9 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     [(2, "Fewer than 3 values"), (4, "Its bound includes an instrument zero")],
 )
 def test_it_is_said_why_scatter_tells_nothing_of_a_bound(count: int, why: str) -> None:
-    words = describe_derivative(regressed(count), "CN_0")
-    assert f"from {count} of {count} maneuvers." in words
-    assert why in words
+    text = describe_derivative(regressed(count), "CN_0")
+    assert f"from {count} of {count} maneuvers." in text
+    assert why in text
 
 
 def test_a_maneuver_in_gusts_is_to_be_looked_at(room: Room) -> None:

@@ -54,7 +54,7 @@ MARKS = (ChartMark(label="here", time=6.5),)
 def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across):
     """Return a picture of charts one above the other, as wide as the view."""
     charts = {
-        number: create_chart(strip, DAYLIGHT, "SI", limits) for number, strip in enumerate(strips)
+        index: create_chart(strip, DAYLIGHT, "SI", limits) for index, strip in enumerate(strips)
     }
     geometry = compute_geometry(
         view.width,

@@ -438,8 +438,8 @@ def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, stri
 def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
     strips.set_layout(default_layout())
     settle(qtbot, strips)
-    place = [strip.channel for strip in default_layout().strips].index("beta")
-    assert strips.displayed_values(place)[0].stale
+    index = [strip.channel for strip in default_layout().strips].index("beta")
+    assert strips.displayed_values(index)[0].stale
 
 
 def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):

@@ -35,8 +35,8 @@ def table(qtbot: QtBot) -> QTableView:
     return view
 
 
-def trigger(view: QWidget, words: str) -> list[list[str]]:
-    next(one for one in view.actions() if one.text() == words).trigger()
+def trigger(view: QWidget, text: str) -> list[list[str]]:
+    next(one for one in view.actions() if one.text() == text).trigger()
     return [line.split("\t") for line in QApplication.clipboard().text().split("\n")]
 
 
@@ -67,8 +67,8 @@ def test_commands_of_the_table_come_first(qtbot: QtBot) -> None:
     qtbot.addWidget(view)
     command = QAction("Zoom to the maneuver", view)
     TableMenu(view, [command])
-    words = [one.text() for one in view.actions()]
-    assert words == [
+    text = [one.text() for one in view.actions()]
+    assert text == [
         "Zoom to the maneuver", "", "Copy value", "Copy row", "Copy table", "Copy as CSV",
         "Save as CSV…",
     ]  # fmt: skip

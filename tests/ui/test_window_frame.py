@@ -917,10 +917,10 @@ def test_a_chosen_channel_and_an_empty_field_have_the_colors_of_the_theme(
         assert indent == item
     for field in [*flight.findChildren(QLineEdit), *flight.findChildren(QComboBox)]:
         field.ensurePolished()
-        words = field.palette().color(QPalette.ColorRole.PlaceholderText)
-        assert words.alpha() == 255
+        text = field.palette().color(QPalette.ColorRole.PlaceholderText)
+        assert text.alpha() == 255
         least = 4.5 if theme == "dark" else 7.0
-        assert contrast(words.name(), flight.display_style.theme.plot) >= least
+        assert contrast(text.name(), flight.display_style.theme.plot) >= least
 
 
 @pytest.mark.parametrize("button", [Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton])

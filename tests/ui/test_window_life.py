@@ -397,10 +397,10 @@ class Held:
         self.goes_on.wait(10.0)
 
     def within(self, progress: JobProgress) -> Callable[[float | None, str], None]:
-        def tell(share: float | None, words: str) -> None:
+        def tell(share: float | None, text: str) -> None:
             if share:
                 self.halt()
-            progress(share, words)
+            progress(share, text)
 
         return tell
 

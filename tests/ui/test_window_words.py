@@ -302,8 +302,8 @@ def test_keys_of_a_later_version_cost_nothing(tmp_path: Path) -> None:
     assert store.current.review_estimate.bound_factor == "2"
     for key in ("geometry", "links", "review_estimate.method"):
         assert key in store.error_text
-    for words in ("hologram", "smell", "pattern", "known"):
-        assert words not in store.error_text
+    for text in ("hologram", "smell", "pattern", "known"):
+        assert text not in store.error_text
 
 
 def test_settings_that_cannot_be_read_hold_up_nothing(tmp_path: Path) -> None:

@@ -174,9 +174,9 @@ class Aircraft:
         message = self._names.MAVLink_debug_float_array_message(stamp, b"daq", 0, data)
         return self._pack(message)
 
-    def _text(self, words: str) -> bytes:
+    def _text(self, text: str) -> bytes:
         severity = self._names.MAV_SEVERITY_WARNING
-        return self._pack(self._names.MAVLink_statustext_message(severity, words.encode()))
+        return self._pack(self._names.MAVLink_statustext_message(severity, text.encode()))
 
     def _pack(self, message: object) -> bytes:
         frame = bytes(message.pack(self._packer))  # type: ignore[attr-defined]
@@ -285,12 +285,12 @@ def check_labels(page: QWidget) -> None:
     labels = [one for one in labels if not one.findChildren(QWidget)]
     said = [(in_window(one, page), one) for one in labels if getattr(one, "text", str)()]
     assert said
-    for place, (box, widget) in enumerate(said):
-        words = widget.text()
-        assert page.rect().contains(box), words
-        assert box.height() >= widget.heightForWidth(box.width()) - 1, words
+    for index, (box, widget) in enumerate(said):
+        text = widget.text()
+        assert page.rect().contains(box), text
+        assert box.height() >= widget.heightForWidth(box.width()) - 1, text
         wraps = getattr(widget, "wordWrap", lambda: True)()
         if not wraps or isinstance(widget, QPushButton):
-            assert box.width() >= widget.sizeHint().width() - 1, words
-        for other, neighbor in said[place + 1 :]:
-            assert not box.intersects(other), (words, neighbor.text())
+            assert box.width() >= widget.sizeHint().width() - 1, text
+        for other, neighbor in said[index + 1 :]:
+            assert not box.intersects(other), (text, neighbor.text())

@@ -84,8 +84,8 @@ def draw(seed: int, surfaces: tuple[str, ...] = ()) -> InputPlan:
     if chance(0.2):
         width = float(np.exp(random.uniform(math.log(0.4), math.log(2.6))))
     sizes = {
-        name: (side if place == 0 else -side) * size * NOMINAL[name] * around_one(0.08, random)
-        for place, name in enumerate(surfaces)
+        name: (side if index == 0 else -side) * size * NOMINAL[name] * around_one(0.08, random)
+        for index, name in enumerate(surfaces)
     }
     step = WIDTHS[surfaces[-1]] * width
     rates = [0.0, 0.0]

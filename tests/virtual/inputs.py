@@ -395,9 +395,9 @@ def _edges(plan: InputPlan, place: int, random: np.random.Generator) -> Edges:
     time = place * plan.stagger
     units = INPUT_SHAPES[plan.kind]
     times, values = [time], []
-    for number, unit in enumerate(units):
+    for index, unit in enumerate(units):
         values.append(size * unit * around_one(0.05, random))
-        share = plan.balance if number < len(units) / 2 else 1.0 / plan.balance
+        share = plan.balance if index < len(units) / 2 else 1.0 / plan.balance
         time += plan.width * math.sqrt(share) * around_one(0.04, random)
         times.append(time)
     values.append(plan.left_over * size * units[-1])

@@ -295,11 +295,11 @@ def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
          "--to", f"udpout:127.0.0.1:{find_free_udp_port()}", "--fault", "q:noisy"],
         stdin=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path,
     )  # fmt: skip
-    _, words = process.communicate(b"help\nwhere rudder\nfoo\n", timeout=PATIENCE)
+    _, text = process.communicate(b"help\nwhere rudder\nfoo\n", timeout=PATIENCE)
     assert process.returncode == 0
-    assert b"lie POSITION" in words
-    assert b"rudder is at" in words
-    assert b"'foo' is unknown" in words
+    assert b"lie POSITION" in text
+    assert b"rudder is at" in text
+    assert b"'foo' is unknown" in text
 
 
 def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:

@@ -125,10 +125,10 @@ class FlightFolderField(QWidget):
     def _validate(self) -> None:
         parent = self.parent_folder.edit.text()
         self.input_check = verdict = check_folder(parent, self.name.text())
-        state, words = verdict.state, verdict.message
+        state, text = verdict.state, verdict.message
         if self._why_other and verdict.is_valid and Path(parent) == self.proposed_parent:
-            state, words = "caution", f"{self._why_other} {words}"
-        self.message.set_message(words, state)
+            state, text = "caution", f"{self._why_other} {text}"
+        self.message.set_message(text, state)
         if not verdict.is_valid:
             self._again.start()
         self.changed.emit()

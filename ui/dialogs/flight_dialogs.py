@@ -153,8 +153,8 @@ class ExportDialog(FormDialog):
             parent,
         )
         self.kind = QComboBox()
-        for kind, words in self.FORMATS:
-            self.kind.addItem(tr(words), kind)
+        for kind, text in self.FORMATS:
+            self.kind.addItem(tr(text), kind)
         self.add_row(tr("Format"), self.kind)
         self.path = PathField(tr("File"), style, folder=False)
         self.path.edit.setText(str(start.with_suffix(".csv")))
@@ -338,11 +338,11 @@ class CertificatesDialog(FormDialog):
         usable = True
         if not given:
             kept = len(self._own or {})
-            words = tr("{certificates} in the flight folder.").format(
+            text = tr("{certificates} in the flight folder.").format(
                 certificates=count_text(kept, "certificate")
             )
             self.message.set_message(
-                words if kept else tr("Certificates named by the channel map."), "good"
+                text if kept else tr("Certificates named by the channel map."), "good"
             )
         elif may_block(given):
             usable = False

@@ -102,12 +102,12 @@ def check_folder(parent: str, name: str) -> InputCheck:
         )
     if not parent.strip():
         return InputCheck(message=tr("Choose the folder for flights."), state="warning")
-    place = Path(parent).expanduser()
-    if why := unwritable_reason(place):
+    path = Path(parent).expanduser()
+    if why := unwritable_reason(path):
         return InputCheck(
             message=tr("{why} Choose another folder.").format(why=why), state="warning"
         )
-    existing = next(one for one in (place, *place.parents) if one.exists())
+    existing = next(one for one in (path, *path.parents) if one.exists())
     free = shutil.disk_usage(existing).free
     room = tr("{free} free").format(free=bytes_text(free))
     if free < _BYTES_PER_HOUR:
@@ -117,7 +117,7 @@ def check_folder(parent: str, name: str) -> InputCheck:
             ),
             state="caution",
         )
-    target = place / name.strip()
+    target = path / name.strip()
     if target.exists():
         if why := unwritable_reason(target):
             return InputCheck(

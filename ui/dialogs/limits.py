@@ -57,9 +57,9 @@ class LimitsDialog(FormDialog):
         self._bands = bands
         self.edits = {name: QLineEdit(self._before[name]) for name, _words in _FIELDS}
         self.message = FieldMessage()
-        for name, words in _FIELDS:
+        for name, text in _FIELDS:
             below = self.message if name == _FIELDS[-1][0] else None
-            self.add_row(tr(words), self.edits[name], below)
+            self.add_row(tr(text), self.edits[name], below)
             self.edits[name].textChanged.connect(self._validate)
         self.reset = self.buttons.addButton(
             tr("Reset to the aircraft file"), QDialogButtonBox.ButtonRole.ResetRole

@@ -150,8 +150,8 @@ class LinkField(QWidget):
         kept = self.device.currentData()
         self._ports = ports
         self.device.clear()
-        for path, words in ports:
-            self.device.addItem(words or path, path)
+        for path, text in ports:
+            self.device.addItem(text or path, path)
         if kept is not None:
             self._show_device(kept)
         else:
@@ -162,16 +162,18 @@ class LinkField(QWidget):
 
     def _show_device(self, path: str) -> None:
         """Show which port is meant; one that is not plugged in, or by another name, stands last."""
-        listed = (at for at, (port, _words) in enumerate(self._ports) if is_same_port(port, path))
+        listed = (
+            index for index, (port, _words) in enumerate(self._ports) if is_same_port(port, path)
+        )
         self._show(self.device, next(listed, -1), len(self._ports), path, path)
 
     @staticmethod
-    def _show(box: QComboBox, place: int, offered: int, words: str, value: object) -> None:
+    def _show(box: QComboBox, place: int, offered: int, text: str, value: object) -> None:
         """Choose in a box, where behind what it offers may stand one more that was typed."""
         while box.count() > offered:
             box.removeItem(box.count() - 1)
         if place < 0:
-            box.addItem(words, value)
+            box.addItem(text, value)
         box.setCurrentIndex(place if place >= 0 else offered)
 
     def _value(self, field: AddressField) -> str | int:

@@ -145,8 +145,8 @@ class VirtualFlightDialog(RecordingDialog):
         self.note.set_message(tr(FlightSettings.help_of("hide")))
         self._filter(self.search.text())
 
-    def _filter(self, words: str) -> None:
-        wanted = words.lower().split()
+    def _filter(self, text: str) -> None:
+        wanted = text.lower().split()
         for row in range(self.effects.count()):
             item = self.effects.item(row)
             ticked = item.checkState() == Qt.CheckState.Checked

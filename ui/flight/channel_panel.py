@@ -283,8 +283,8 @@ class ChannelPanel(QWidget):
             self.order.clear()
             self.order.addItems(texts)
             self.order.setCurrentRow(min(kept, self.order.count() - 1))
-        for place, row in enumerate(order):
-            self.order.item(place).setData(_ID, row)
+        for index, row in enumerate(order):
+            self.order.item(index).setData(_ID, row)
         self._restyle()
         self._count.setText(
             tr("{charts}, top to bottom").format(
@@ -335,15 +335,15 @@ class ChannelPanel(QWidget):
             order.insert(max(self.order.currentRow(), 0), name.strip())
             self._set(build_layout(self._charts, order))
 
-    def _filter(self, words: str) -> None:
+    def _filter(self, text: str) -> None:
         for branch in _child_items(self.tree.invisibleRootItem()):
             count = 0
             for leaf in _child_items(branch):
-                shown = matches_search(channel(leaf.data(0, _ID)), words)
+                shown = matches_search(channel(leaf.data(0, _ID)), text)
                 leaf.setHidden(not shown)
                 count += shown
             branch.setHidden(count == 0)
-            if words and count:
+            if text and count:
                 branch.setExpanded(True)
 
     def _toggle_first(self) -> None:

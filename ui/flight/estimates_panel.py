@@ -52,14 +52,14 @@ def accessible_row_text(row: EstimateRow) -> str:
         return tr("{name} unknown: {reason}").format(
             name=symbol_text(row.name), reason=row.why or tr("not excited yet")
         )
-    said = f"{symbol_text(row.name)} {estimate_value_text(*best)}"
+    text = f"{symbol_text(row.name)} {estimate_value_text(*best)}"
     if row.percent is not None:
-        said += tr(", standard error {bound_percent}").format(
+        text += tr(", standard error {bound_percent}").format(
             bound_percent=bound_percent_text(row.percent)
         )
     if row.change_text:
-        said += tr(", last maneuver: {change}").format(change=row.change_text)
-    return said
+        text += tr(", last maneuver: {change}").format(change=row.change_text)
+    return text
 
 
 def describe_value(row: EstimateRow) -> tuple[str, str]:
@@ -163,12 +163,12 @@ class EstimateDelegate(QStyledItemDelegate):
         """Paint how far the excitation is from what it takes; a word stands beside the bar."""
         style, theme, px = self._style, self._style.theme, self._style.px
         progress = min(max(row.progress, 0.0), 1.0)
-        said = tr("excited {progress:.0f} %").format(progress=100.0 * progress)
+        text = tr("excited {progress:.0f} %").format(progress=100.0 * progress)
         width = QFontMetricsF(style.font("label")).horizontalAdvance(tr("excited 100 %"))
         bar = QRectF(
             box.left() + width + px(8), box.center().y() - px(3), box.width() - width - px(8), px(6)
         )
-        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | _CENTER, said)
+        painter.drawText(box, Qt.AlignmentFlag.AlignLeft | _CENTER, text)
         if bar.width() < px(16):
             return
         painter.setPen(Qt.PenStyle.NoPen)
@@ -301,7 +301,7 @@ class EstimatesLegend(QWidget):
         self._style = style
         self.setAccessibleName(
             tr("Legend: {entries}").format(
-                entries=", ".join(tr(words) for _, words in _LEGEND_ENTRIES)
+                entries=", ".join(tr(text) for _, text in _LEGEND_ENTRIES)
             )
         )
         style.changed.connect(self.updateGeometry)
@@ -311,8 +311,8 @@ class EstimatesLegend(QWidget):
         px, metrics = self._style.px, QFontMetricsF(self._style.font("label"))
         x = y = 0.0
         found = []
-        for sign, words in _LEGEND_ENTRIES:
-            needed = metrics.horizontalAdvance(tr(words)) + (px(22) if sign else 0)
+        for sign, text in _LEGEND_ENTRIES:
+            needed = metrics.horizontalAdvance(tr(text)) + (px(22) if sign else 0)
             if x and x + needed > width - 2 * px(_MARGIN):
                 x, y = 0.0, y + px(18)
             found.append((x + px(_MARGIN), y))
@@ -333,7 +333,7 @@ class EstimatesLegend(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
         painter.setFont(style.font("label"))
-        for (sign, words), (x, y) in zip(_LEGEND_ENTRIES, self._places(self.width()), strict=True):
+        for (sign, text), (x, y) in zip(_LEGEND_ENTRIES, self._places(self.width()), strict=True):
             middle = y + px(11)
             if sign == "point":
                 painter.setPen(QPen(QColor(theme.text), px(1)))
@@ -350,7 +350,7 @@ class EstimatesLegend(QWidget):
                 painter.drawLine(QPointF(x, middle), QPointF(x + px(16), middle))
             painter.setPen(QColor(theme.muted))
             room = QRectF(x + (px(22) if sign else 0), y, self.width(), px(22))
-            painter.drawText(room, Qt.AlignmentFlag.AlignLeft | _CENTER, tr(words))
+            painter.drawText(room, Qt.AlignmentFlag.AlignLeft | _CENTER, tr(text))
         painter.end()
 
 

@@ -363,9 +363,9 @@ class FlightView(QWidget):
         self.messages.show_rows(picture.message_rows)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
-        place, words = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.unacknowledged_count)
-        if self.tabs.tabText(place) != words:
-            self.tabs.setTabText(place, words)
+        place, text = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.unacknowledged_count)
+        if self.tabs.tabText(place) != text:
+            self.tabs.setTabText(place, text)
         self._show_replay(picture)
 
     def _show_replay(self, picture: FlightViewState) -> None:

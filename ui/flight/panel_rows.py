@@ -82,9 +82,9 @@ def build_cursor_value_rows(
         apart = display.factor * channel_difference(spec, values["a"], values["b"])
         unit = unit_text(display.unit)
         uncalibrated = source is not None and not source.calibrated
-        said = tr(" uncal") if uncalibrated else ""
-        said += f" {BEYOND_CALIBRATION_TEXT}" if any(beyond.values()) else ""
-        title = f"{symbol_text(spec.symbol)} {unit}".rstrip() + said
+        text = tr(" uncal") if uncalibrated else ""
+        text += f" {BEYOND_CALIBRATION_TEXT}" if any(beyond.values()) else ""
+        title = f"{symbol_text(spec.symbol)} {unit}".rstrip() + text
         lines.append(
             TableRow(
                 key=name,
@@ -246,7 +246,7 @@ def build_chart_alarms(episodes: Iterable[AlarmEpisode]) -> tuple[AlarmSpan, ...
 def build_message_rows(events: Iterable[Event]) -> tuple[TableRow, ...]:
     """Return what the aircraft said, newest first."""
     found = []
-    for number, message in enumerate(events):
+    for index, message in enumerate(events):
         severity = message.data.get("severity")
         state: IndicatorState = "plain"
         if severity is not None and severity <= _CAUTION_SEVERITY:
@@ -254,7 +254,7 @@ def build_message_rows(events: Iterable[Event]) -> tuple[TableRow, ...]:
         sign = {"warning": "■ ", "caution": "▲ "}.get(state, "")
         found.append(
             TableRow(
-                key=("message", number, message.time),
+                key=("message", index, message.time),
                 cells=(clock_text(message.time, decimals=1), f"{sign}{message.text}"),
                 state=state,
                 colored=frozenset({1}),

@@ -49,18 +49,18 @@ class ListPanel(QWidget):
         view.selectionModel().currentChanged.connect(lambda *_: self._enable())
         view.model().modelReset.connect(self._enable)
 
-    def add_button(self, words: str, name: str, why: str = "") -> QPushButton:
+    def add_button(self, text: str, name: str, why: str = "") -> QPushButton:
         """Add a button below the table, also to the menu of its rows.
 
-        `words`, `name`: on it, and what it does as a tool tip. `why`: why it is gray while no row
+        `text`, `name`: on it, and what it does as a tool tip. `why`: why it is gray while no row
         is chosen; empty for a button that is about all rows.
         """
-        button = QPushButton(words)
+        button = QPushButton(text)
         button.setAccessibleName(name)
         button.setToolTip(name)
         self._foot.addWidget(button)
         self._foot_widget.show()
-        self.view.menu.add_command(words, button.click, button)
+        self.view.menu.add_command(text, button.click, button)
         if why:
             self._of_row.append((button, name, why))
             self._enable()

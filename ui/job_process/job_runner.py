@@ -69,18 +69,18 @@ class ProcessJobRunner:
         with self._lock:
             connection = self._begin()
             share: float | None = 0.0
-            words = tr("starting")
+            text = tr("starting")
             try:
                 if self._stop is not None:
                     self._stop.clear()
                 connection.send(job)
                 while True:
-                    tell(share, words)
+                    tell(share, text)
                     if not self._has_message(connection):
                         continue
                     told = connection.recv()
                     if told.kind == "doing":
-                        share, words = told.share, tr(told.text)
+                        share, text = told.share, tr(told.text)
                     else:
                         return _result(told)
             except JobCanceledError:

@@ -61,10 +61,10 @@ def serve_jobs(
     # The charts come first on a machine with few cores.
     lower_priority(5)
 
-    def tell(share: float | None, words: str) -> None:
+    def tell(share: float | None, text: str) -> None:
         if stop.is_set():
             raise JobStoppedError
-        connection.send(JobReport(kind="doing", share=share, text=words))
+        connection.send(JobReport(kind="doing", share=share, text=text))
 
     bench = make(tell)
     with contextlib.suppress(EOFError, OSError):

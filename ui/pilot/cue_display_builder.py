@@ -138,8 +138,8 @@ def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
     cues = reading.cues
     if not reading.is_flight_open:
         connect, train = plain_shortcut_text("Ctrl+L"), plain_shortcut_text("Ctrl+Shift+T")
-        words = tr("connect with {connect}, or train with {train}")
-        return _unknown_display(tr("NO FLIGHT"), words.format(connect=connect, train=train))
+        text = tr("connect with {connect}, or train with {train}")
+        return _unknown_display(tr("NO FLIGHT"), text.format(connect=connect, train=train))
     if cues is None:
         return _unknown_display(tr("NO CUE"), tr("this flight was opened without cues"))
     head = _build_status(reading, cues)
@@ -174,15 +174,15 @@ def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> CueDisplay:
     """Return the state: silence first, then danger, the input, its verdict, and the trim."""
     no_speed = (Gauge(title=tr("SPEED"), number=DASH),)
     if reading.seconds_without_data is not None:
-        words = tr("no samples for {time}: fly by eye").format(
+        text = tr("no samples for {time}: fly by eye").format(
             time=duration_text(reading.seconds_without_data)
         )
-        return _unknown_display(tr("NO DATA"), words, no_speed)
+        return _unknown_display(tr("NO DATA"), text, no_speed)
     if reading.monitored_fraction < 1.0:
-        words = tr("catching up: {percent} %").format(
+        text = tr("catching up: {percent} %").format(
             percent=floor_percent(reading.monitored_fraction)
         )
-        return _unknown_display(tr("NO CUE"), words, no_speed)
+        return _unknown_display(tr("NO CUE"), text, no_speed)
     test_point = build_test_point_gauges(cues, reading.units)
     worst = cues.alerts[0] if cues.alerts else None
     if worst is not None and worst.level is AlertLevel.WARNING:
@@ -282,7 +282,7 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> CueDispl
     wanted = cues.card.text if cues.card is not None else ""
     ring = None
     if trim.state == "blind":
-        hints = tuple(Hint(text=words) for words in trim.limitations)
+        hints = tuple(Hint(text=text) for text in trim.limitations)
     elif trim.state == "fly":
         hints = _guidance_hints(off, cues.guidance)
         sign = hints[0].sign or sign if hints else sign
@@ -293,8 +293,8 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> CueDispl
         hints = (Hint(text=wanted or tr("fly the input")),)
         unseen = [name for name in _next_surfaces(cues) if name in cues.unmeasured_surfaces]
         if unseen:
-            words = tr("no verdict: {surfaces} not measured").format(surfaces=surfaces_text(unseen))
-            hints += (Hint(text=words, sign="unknown", tone="caution"),)
+            text = tr("no verdict: {surfaces} not measured").format(surfaces=surfaces_text(unseen))
+            hints += (Hint(text=text, sign="unknown", tone="caution"),)
         if cues.card is not None and cues.speed is None and cues.alpha is None:
             hints += (Hint(text=tr("speed not measured: judge by eye")),)
     elif trim.state == "gusty":

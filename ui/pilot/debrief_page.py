@@ -54,10 +54,10 @@ def debrief_headline(debrief: Debrief | None) -> str:
         if flown
         else tr("no inputs yet")
     )
-    words = f"{debrief.flight}: {good}"
+    text = f"{debrief.flight}: {good}"
     if debrief.score is not None:
-        words += tr(" · {score} of the card set").format(score=percent_text(debrief.score))
-    return words
+        text += tr(" · {score} of the card set").format(score=percent_text(debrief.score))
+    return text
 
 
 def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem:
@@ -91,25 +91,25 @@ def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ..
 
 def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
     verdict, wanted = judged.verdict, judged.target_input
-    words = SURFACE_NAMES.get(name, name)
+    text = SURFACE_NAMES.get(name, name)
     if name in verdict.amplitudes:
-        words += f" {_angle_text(name, verdict.amplitudes[name], units)}"
+        text += f" {_angle_text(name, verdict.amplitudes[name], units)}"
     if wanted is not None and name in wanted.amplitudes:
         band = wanted.amplitudes[name]
         low, high = (_angle_text(name, limit, units) for limit in (band.low, band.high))
-        words += tr(" (wanted {low} to {high})").format(low=low, high=high)
+        text += tr(" (wanted {low} to {high})").format(low=low, high=high)
     halves = verdict.halves.get(name, ())
     if halves:
-        words += tr(", steps of {steps} s").format(
+        text += tr(", steps of {steps} s").format(
             steps=", ".join(number_text(step, 2) for step in halves)
         )
     if name in verdict.symmetry:
-        words += tr(", halves symmetric to {percent}").format(
+        text += tr(", halves symmetric to {percent}").format(
             percent=percent_text(verdict.symmetry[name])
         )
     if name in verdict.left_over:
-        words += tr(", {percent} residual").format(percent=percent_text(verdict.left_over[name]))
-    return words
+        text += tr(", {percent} residual").format(percent=percent_text(verdict.left_over[name]))
+    return text
 
 
 def _angle_text(name: str, value: float, units: str) -> str:
@@ -119,16 +119,16 @@ def _angle_text(name: str, value: float, units: str) -> str:
 def _input_start_text(judged: EvaluatedManeuver) -> str:
     go = judged.go_at
     begun = judged.verdict.t_input
-    words = (
+    text = (
         tr("started without GO")
         if go is None
         else tr("begun {duration} after GO").format(duration=duration_text(begun - go))
     )
     off = [f"{name} {number_text(share, 1)}" for name, share in judged.trim_deviations.items()]
     return (
-        tr("{words}; deviations in tolerances: {off}").format(words=words, off=", ".join(off))
+        tr("{words}; deviations in tolerances: {off}").format(words=text, off=", ".join(off))
         if off
-        else words
+        else text
     )
 
 
@@ -301,14 +301,14 @@ class TextTable(QWidget):
         grid.setHorizontalSpacing(self._style.px(16))
         grid.setVerticalSpacing(self._style.px(6))
         grid.setColumnStretch(self._stretch, 1)
-        for place, head in enumerate(self._heads):
-            grid.addWidget(create_label(head, "label", wrap=place == self._stretch), 0, place)
+        for index, head in enumerate(self._heads):
+            grid.addWidget(create_label(head, "label", wrap=index == self._stretch), 0, index)
         for line, row in enumerate(made, start=1):
-            for place, text in enumerate(row):
+            for index, text in enumerate(row):
                 cell = create_label(
-                    text, "strong" if place == 0 else "", wrap=place >= self._stretch
+                    text, "strong" if index == 0 else "", wrap=index >= self._stretch
                 )
-                grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
+                grid.addWidget(cell, line, index, Qt.AlignmentFlag.AlignTop)
         holder.setVisible(bool(made))
         self._column.replaceWidget(self._holder, holder)
         self._holder.hide()
@@ -421,7 +421,7 @@ class DebriefPage(QWidget):
         line = build_maneuver_item(judged, self._style.units)
         self.title.setText(f"{line.text}: {line.state_text}")
         self.reasons.setText(
-            "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._style.units))
+            "\n".join(f"· {text}" for text in list_verdict_reasons(judged, self._style.units))
         )
         self.charts.show_maneuver(judged)
         self.changed.emit()

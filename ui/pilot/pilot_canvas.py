@@ -50,9 +50,9 @@ def paint_gauge(
     if gauge.low is None or gauge.high is None:
         return
     right = box.adjusted(left.width() + 0.02 * box.width(), 0, 0, 0)
-    words = right.adjusted(0, 0, 0, -0.68 * high)
+    text = right.adjusted(0, 0, 0, -0.68 * high)
     target = f"{gauge.target_text} {gauge.unit}"
-    _paint_text(painter, style, target, words, "target", share=0.9, bold=True)
+    _paint_text(painter, style, target, text, "target", share=0.9, bold=True)
     track = right.adjusted(0, 0.46 * high, 0, -0.1 * high)
     _paint_track(painter, style, gauge, track)
 
@@ -120,7 +120,7 @@ def _bar_position(share: float | None, box: QRectF) -> float:
 def _paint_text(
     painter: QPainter,
     style: DisplayStyle,
-    words: str,
+    text: str,
     box: QRectF,
     role: str,
     *,
@@ -131,13 +131,13 @@ def _paint_text(
     right: bool = False,
 ) -> None:
     """Write as large as a box allows, at most as high as a share of it."""
-    if not words:
+    if not text:
         return
     painter.setPen(style.color(role))
     top = max(min(largest, round(share * box.height())), _MIN_FONT_SIZE)
-    painter.setFont(fit_font(words, box, top, _MIN_FONT_SIZE, bold=bold, wrap=wrap))
+    painter.setFont(fit_font(text, box, top, _MIN_FONT_SIZE, bold=bold, wrap=wrap))
     flags = _ALIGN.AlignVCenter | (_ALIGN.AlignRight if right else _ALIGN.AlignLeft)
-    painter.drawText(box, flags | _WRAP if wrap else flags, words)
+    painter.drawText(box, flags | _WRAP if wrap else flags, text)
 
 
 _CAP_HEIGHT: Final = 1.0
@@ -264,28 +264,28 @@ class PilotCanvas(QWidget):
     def _paint_foot(self, painter: QPainter, places: PageRegions) -> None:
         if places.footer is not None:
             scale = self._style.sizes.scale
-            words = footer_text(self.display.footer, places.footer, round(SMALL_FONT_SIZE * scale))
+            text = footer_text(self.display.footer, places.footer, round(SMALL_FONT_SIZE * scale))
             largest = round(_MAX_SMALL_FONT_SIZE * scale)
             _paint_text(
-                painter, self._style, words, places.footer, "muted", largest=largest, wrap=True
+                painter, self._style, text, places.footer, "muted", largest=largest, wrap=True
             )
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._style.color(
             {"plain": "text", "strong": "text", "unknown": "muted"}.get(hint.tone, hint.tone)
         )
-        words = box
+        text = box
         if hint.sign:
             side = min(0.72 * box.height(), 0.1 * box.width())
             sign = QRectF(box.left() + 0.15 * side, 0, side, side)
             sign.moveTop(box.center().y() - side / 2)
             paint_sign(painter, hint.sign, sign, color)
-            words = box.adjusted(1.45 * side, 0, 0, 0)
+            text = box.adjusted(1.45 * side, 0, 0, 0)
         painter.setPen(color)
         largest = round(0.8 * box.height()) if not wrap else round(0.62 * box.height())
-        painter.setFont(fit_font(hint.text, words, largest, _MIN_FONT_SIZE, bold=True, wrap=wrap))
+        painter.setFont(fit_font(hint.text, text, largest, _MIN_FONT_SIZE, bold=True, wrap=wrap))
         flags = _ALIGN.AlignVCenter | _ALIGN.AlignLeft
-        painter.drawText(words, flags | _WRAP if wrap else flags, hint.text)
+        painter.drawText(text, flags | _WRAP if wrap else flags, hint.text)
 
     def _paint_leg(self, painter: QPainter, places: PageRegions) -> None:
         box = places.leg
@@ -294,24 +294,24 @@ class PilotCanvas(QWidget):
         title, number = places.split_title(box, _TITLE_SHARE)
         self._title(painter, tr("LEG LEFT"), title, right=True)
         role = "caution" if self.display.leg_short else "text"
-        words = (
+        text = (
             self.display.leg_time_text
             if self.display.leg_time_text == DASH
             else f"{self.display.leg_time_text} s"
         )
-        _paint_text(painter, self._style, words, number, role, bold=True, right=True)
+        _paint_text(painter, self._style, text, number, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: PageRegions) -> None:
         card, box, time = self.display.card, places.card, places.time
         lead, below = places.split_title(box, _LEAD_SHARE)
-        words, gain = _split_card_box(below)
+        text, gain = _split_card_box(below)
         if card == CardDisplay():
             return
         painter.setPen(self._style.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
         self._title(painter, card.heading, lead)
         style, role = self._style, "caution" if card.problem else "text"
-        _paint_text(painter, style, card.text, words, "text", bold=True)
+        _paint_text(painter, style, card.text, text, "text", bold=True)
         _paint_text(painter, style, card.benefit_text, gain, role, wrap=True)
         title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
@@ -320,9 +320,9 @@ class PilotCanvas(QWidget):
         _paint_text(painter, style, card.time_left_text, upper, "text", bold=True, right=True)
         _paint_text(painter, style, card.maneuvers_left_text, lower, "text", right=True)
 
-    def _title(self, painter: QPainter, words: str, box: QRectF, *, right: bool = False) -> None:
+    def _title(self, painter: QPainter, text: str, box: QRectF, *, right: bool = False) -> None:
         largest = round(_MAX_TITLE_FONT_SIZE * self._style.sizes.scale)
-        _paint_text(painter, self._style, words, box, "muted", largest=largest, right=right)
+        _paint_text(painter, self._style, text, box, "muted", largest=largest, right=right)
 
 
 def _split_card_box(box: QRectF) -> tuple[QRectF, QRectF]:

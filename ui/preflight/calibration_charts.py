@@ -88,20 +88,20 @@ class CalibrationCharts(QWidget):
                 line = evaluate_polynomial(calibration.fit.coefficients, places)
                 curves.insert(0, PlotCurve(x=places, y=line, color="ink", name=tr("curve")))
             off = self._residuals(view, places, color)
-        words = tr("{count} points").format(count=len(view.points))
+        text = tr("{count} points").format(count=len(view.points))
         self.curve.draw(
             curves,
             title=tr("Calibration curve"),
             bottom=tr("Volts"),
             left=tr("Angle [{unit}]").format(unit=unit),
-            words=words,
+            words=text,
         )
         self.residuals.draw(
             off,
             title=tr("Residuals"),
             bottom=tr("Volts"),
             left=tr("Off [{unit}]").format(unit=unit),
-            words=words,
+            words=text,
         )
 
     def _residuals(self, view: WizardView, places: FloatArray, color: str) -> list[PlotCurve]:

@@ -260,10 +260,8 @@ def _write_pages(folder: Path, units: str, told: JobProgress) -> tuple[Path, ...
 
     standing = load_certificate_overview(folder).in_force
     pages = []
-    for number, one in enumerate(standing):
-        told(
-            number / len(standing), tr("Drawing {channel}").format(channel=one.certificate.channel)
-        )
+    for index, one in enumerate(standing):
+        told(index / len(standing), tr("Drawing {channel}").format(channel=one.certificate.channel))
         page = folder / "pages" / f"{one.certificate.channel}.pdf"
         pages.append(
             write_certificate_report(

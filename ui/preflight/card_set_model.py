@@ -122,9 +122,9 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
     )
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
     state: IndicatorState = "plain"
-    words, note = count_text(card.repeats, "time"), ""
+    text, note = count_text(card.repeats, "time"), ""
     if progress is not None:
-        words = tr("{good_count} of {repeats}").format(
+        text = tr("{good_count} of {repeats}").format(
             good_count=progress.good_count, repeats=card.repeats
         )
         state = "good" if progress.state == "done" else "unknown"
@@ -134,7 +134,7 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
             parts.append(tr("last miss: {reason}").format(reason=misses[-1].reasons[0]))
     return StatusListItem(
         key=card.id, text=f"{card.id}  {card.display_title}", detail=" · ".join(parts), state=state,
-        state_text=words, note=note,
+        state_text=text, note=note,
     )  # fmt: skip
 
 
@@ -159,8 +159,8 @@ def find_cards_state(
     """
     count = count_text(len(cards.cards), "card")
     if problems:
-        words = tr("{values} wrong").format(values=count_text(len(problems), "value"))
-        return StepStatus(state="warning", text=words, detail=". ".join(problems))
+        text = tr("{values} wrong").format(values=count_text(len(problems), "value"))
+        return StepStatus(state="warning", text=text, detail=". ".join(problems))
     if flies and not own:
         return StepStatus(
             text=tr("none in this flight"),

@@ -189,8 +189,8 @@ class CardsPage(SavingStepPage):
         self.list.item_activated.connect(lambda _key: self.edit())
         self._left_column.addWidget(self.list, 1)
         buttons = [
-            ActionButton(actions[name], words, style)
-            for name, words in (
+            ActionButton(actions[name], text, style)
+            for name, text in (
                 ("cards_add", tr("Add")),
                 ("cards_remove", tr("Remove")),
                 ("cards_up", tr("Up")),

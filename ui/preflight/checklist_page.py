@@ -48,11 +48,11 @@ class _Summary(QWidget):
         self.setMinimumWidth(self._style.px(240))
         self.update()
 
-    def show_words(self, words: str, state: IndicatorState) -> None:
+    def show_words(self, text: str, state: IndicatorState) -> None:
         """Show other words."""
-        if (words, state) != (self.text, self._state):
-            self.text, self._state = words, state
-            self.setAccessibleName(words)
+        if (text, state) != (self.text, self._state):
+            self.text, self._state = text, state
+            self.setAccessibleName(text)
             self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -84,13 +84,13 @@ _STATE_TEXTS: Mapping[str, tuple[IndicatorState, str]] = {
 
 
 def _build_item(item: EvaluatedItem) -> StatusListItem:
-    state, words = _STATE_TEXTS[item.state]
+    state, text = _STATE_TEXTS[item.state]
     return StatusListItem(
         key=item.id,
         text=item.text,
         detail=item.why,
         state=state,
-        state_text=tr(words),
+        state_text=tr(text),
         note=tr("manual") if item.checked_by == "hand" or item.can_tick else tr("automatic"),
         is_checkable=item.can_tick and item.state != "green",
         is_done=item.state == "green",
@@ -272,9 +272,9 @@ class ChecklistPage(PreflightStepPage):
             return
         self._watch_files()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
-        words = tr("is open in the editor") if opened else tr("is the file to edit")
+        text = tr("is open in the editor") if opened else tr("is the file to edit")
         self.message.set_message(
-            tr("{path} {words}; saved changes apply at once.").format(path=path, words=words),
+            tr("{path} {words}; saved changes apply at once.").format(path=path, words=text),
             "good",
         )
         self.message.show()

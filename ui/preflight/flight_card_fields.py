@@ -132,16 +132,16 @@ THROW_COLUMNS = (
 
 def create_throw_field(stick: str, column: str) -> CardField:
     """Return the value of a dual rate or of a trim, in percent."""
-    words = tr(dict(STICKS)[stick]).lower()
+    text = tr(dict(STICKS)[stick]).lower()
     if column == "trim":
         return _number_field(
-            f"transmitter.trims.{stick}", tr("Trim of the {control}").format(control=words),
+            f"transmitter.trims.{stick}", tr("Trim of the {control}").format(control=text),
             "ratio", "%", "%", 0,
         )  # fmt: skip
     return _number_field(
         f"transmitter.dual_rates.{stick}.{column}",
         tr("{column} of the {control}").format(
-            column=tr(dict(THROW_COLUMNS)[column]), control=words
+            column=tr(dict(THROW_COLUMNS)[column]), control=text
         ),
         "ratio", "%", "%", 0, group=f"transmitter.dual_rates.{stick}",
     )  # fmt: skip
@@ -335,13 +335,13 @@ def _cg_text(weighed: Weighing, axis: int, aircraft: Aircraft | None, system: st
     size = number_text(from_si(abs(off), unit, "length"), digits)
     about = number_text(from_si(2 * std, unit, "length"), digits)
     side = ((tr("behind"), tr("ahead of")), (tr("left of"), tr("right of")))[axis][off > 0.0]
-    words = tr("CG {size} ± {about} {unit} {side} the aircraft file's").format(
+    text = tr("CG {size} ± {about} {unit} {side} the aircraft file's").format(
         size=size, about=about, unit=unit_text(unit), side=side
     )
     if axis == 0 and aircraft is not None:
         share = 100.0 * abs(off) / aircraft.geometry.chord
-        words += tr(" ({share:.1f} % of the chord)").format(share=share)
-    return words
+        text += tr(" ({share:.1f} % of the chord)").format(share=share)
+    return text
 
 
 def format_takeoff_weight(weighed: Weighing, info: FlightInfo, system: str) -> str:
@@ -373,9 +373,7 @@ def describe_card_owner(
 
 def list_missing_values(info: FlightInfo) -> tuple[str, ...]:
     """Return in words what an analysis will need and nobody has written yet."""
-    return tuple(
-        tr(words) for key, words in _REQUIRED_VALUES if not is_card_field_filled(info, key)
-    )
+    return tuple(tr(text) for key, text in _REQUIRED_VALUES if not is_card_field_filled(info, key))
 
 
 def card_state(
@@ -384,17 +382,17 @@ def card_state(
     """Return how the card stands."""
     missing = list_missing_values(info)
     if problems:
-        words = tr("{values} wrong").format(values=count_text(len(problems), "value"))
-        return StepStatus(state="warning", text=words, detail=". ".join(problems))
+        text = tr("{values} wrong").format(values=count_text(len(problems), "value"))
+        return StepStatus(state="warning", text=text, detail=". ".join(problems))
     if missing:
-        words = (
+        text = (
             tr("{missing} missing").format(missing=missing[0])
             if len(missing) == 1
             else tr("{count} missing").format(count=len(missing))
         )
         return StepStatus(
             state="caution",
-            text=words,
+            text=text,
             detail=tr("Missing: {missing}").format(missing=", ".join(missing)),
         )
     if doubts:

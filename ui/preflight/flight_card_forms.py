@@ -74,7 +74,7 @@ class PayloadForm(FormPart[FlightInfo]):
             create_payload_mass_field().unit_label(units),
             create_payload_position_field().unit_label(units),
         )
-        for title, words in zip(
+        for title, text in zip(
             self.rows.titles,
             (
                 tr("What"),
@@ -83,7 +83,7 @@ class PayloadForm(FormPart[FlightInfo]):
             ),
             strict=True,
         ):
-            title.setText(words)
+            title.setText(text)
         if _LOADING not in editor.problems:
             self.rows.show_rows([self._texts(one) for one in editor.stored_value(_LOADING) or ()])
         self.validate()
@@ -136,11 +136,11 @@ class TransmitterForm(FormPart[FlightInfo]):
 
     def __init__(self, style: DisplayStyle) -> None:
         super().__init__(style)
-        titles = (*(tr(words) for _name, words in THROW_COLUMNS), tr("Trim"))
+        titles = (*(tr(text) for _name, text in THROW_COLUMNS), tr("Trim"))
         self.throws = FieldGrid(
             style,
-            [GridColumn(name=f"{words} %") for words in titles],
-            [tr(words) for _stick, words in STICKS],
+            [GridColumn(name=f"{text} %") for text in titles],
+            [tr(text) for _stick, text in STICKS],
         )
         self.values: list[list[CardField]] = [
             [create_throw_field(stick, name) for name in _COLUMNS] for stick, _words in STICKS
@@ -166,8 +166,8 @@ class TransmitterForm(FormPart[FlightInfo]):
         """Show what is on a card, and what is being typed."""
         self._editor = editor
         for row, values in enumerate(self.values):
-            for place, value in enumerate(values):
-                self.throws.set_text(row, place, editor.field_text(value, self._style.units))
+            for index, value in enumerate(values):
+                self.throws.set_text(row, index, editor.field_text(value, self._style.units))
         written = editor.stored_value(_MIXERS) or []
         if _MIXERS not in editor.problems:
             self.mixers.show_rows([self._mixer_texts(one) for one in written])
@@ -290,10 +290,10 @@ class WeighingForm(FormPart[FlightInfo]):
             return tr("Incomplete: read the other scales too."), "caution"
         return problem, "warning"
 
-    def show_warning(self, words: str) -> None:
+    def show_warning(self, text: str) -> None:
         """Say what is odd about the weighing, or nothing."""
-        self.doubts.set_message(words, "caution")
-        self.doubts.setVisible(bool(words))
+        self.doubts.set_message(text, "caution")
+        self.doubts.setVisible(bool(text))
 
     # Typing
 

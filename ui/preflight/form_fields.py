@@ -147,8 +147,8 @@ class FormField(QWidget):
         if choices:
             box = _WidePopupComboBox()
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-            for key, words in choices:
-                box.addItem(tr(words), key)
+            for key, text in choices:
+                box.addItem(tr(text), key)
             box.activated.connect(lambda _index: self.text_edited.emit(self.text))
             return box
         if rows > 1:
@@ -188,8 +188,8 @@ class FormField(QWidget):
         if isinstance(box, QComboBox):
             if [box.itemData(place) for place in range(box.count())] != [key for key, _ in choices]:
                 box.clear()
-                for key, words in choices:
-                    box.addItem(tr(words), key)
+                for key, text in choices:
+                    box.addItem(tr(text), key)
             self.set_text(chosen)
 
     def select_all(self) -> None:
@@ -207,11 +207,11 @@ class FormField(QWidget):
         if isinstance(self.edit, (QLineEdit, QPlainTextEdit)):
             self.edit.setPlaceholderText(hint)
 
-    def show_message(self, words: str, state: str = "") -> None:
+    def show_message(self, text: str, state: str = "") -> None:
         """Say something below the field, or nothing."""
-        self.message.set_message(words, state)
-        self.message.setVisible(bool(words))
-        self.edit.setAccessibleDescription(words)
+        self.message.set_message(text, state)
+        self.message.setVisible(bool(text))
+        self.edit.setAccessibleDescription(text)
 
     def _fit(self) -> None:
         px = self._style.px
@@ -257,9 +257,9 @@ class FieldGrid(QWidget):
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self.titles = [create_label(column.name, "label") for column in columns]
-        for place, (title, column) in enumerate(zip(self.titles, columns, strict=True)):
-            self._grid.addWidget(title, 0, place + self._named)
-            self._grid.setColumnStretch(place + self._named, column.share)
+        for index, (title, column) in enumerate(zip(self.titles, columns, strict=True)):
+            self._grid.addWidget(title, 0, index + self._named)
+            self._grid.setColumnStretch(index + self._named, column.share)
         self.message = FieldMessage()
         self.message.hide()
         for name in names:
@@ -324,10 +324,10 @@ class FieldGrid(QWidget):
         elif cell.text() != text:
             cell.setText(text)
 
-    def show_message(self, words: str, state: str = "") -> None:
+    def show_message(self, text: str, state: str = "") -> None:
         """Say something below, or nothing."""
-        self.message.set_message(words, state)
-        self.message.setVisible(bool(words))
+        self.message.set_message(text, state)
+        self.message.setVisible(bool(text))
 
     def _fit(self) -> None:
         px = self._style.px
@@ -366,8 +366,8 @@ class GrowingFieldGrid(FieldGrid):
         while len(self.cells) < len(wanted):
             self.add_row()
         for number, row in enumerate(wanted):
-            for place, text in enumerate(row):
-                self.set_text(number, place, text)
+            for index, text in enumerate(row):
+                self.set_text(number, index, text)
 
     def _grow(self, row: int, _place: int, _text: str) -> None:
         last = len(self.cells) - 1

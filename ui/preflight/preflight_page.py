@@ -166,14 +166,14 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
 
     def start_flight(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""
-        words = ""
+        text = ""
         try:
-            words = self.model.checklist.record_start()
+            text = self.model.checklist.record_start()
         except GroundStationError as error:
             self._error_reporter.report(error)
-        if words:
+        if text:
             green = self.model.checklist.state.state == "good"
-            self._banners.show_banner("note" if green else "caution", words)
+            self._banners.show_banner("note" if green else "caution", text)
             self.flight_started.emit()
         else:
             self._banners.show_banner(

@@ -302,17 +302,17 @@ class SurfaceCloseup:
             painter.setPen(QPen(color, style.px(2.5 if wanted else 1.5)))
             painter.drawLine(self._at(hinge, tick, reach), self._at(hinge, tick, 1.05 * reach))
             middle = self._at(hinge, tick, 1.05 * reach + style.px(19))
-            words = QRectF(middle.x() - style.px(24), middle.y() - style.px(9), style.px(48),
+            text = QRectF(middle.x() - style.px(24), middle.y() - style.px(9), style.px(48),
                            style.px(18))  # fmt: skip
-            painter.drawText(words, Qt.AlignmentFlag.AlignCenter, f"{number_text(tick, 0)}°")
+            painter.drawText(text, Qt.AlignmentFlag.AlignCenter, f"{number_text(tick, 0)}°")
 
     def _paint_sides(self, painter: QPainter, box: QRectF) -> None:
         style = self._style
         painter.setFont(style.font("label", strong=True))
         painter.setPen(style.color("text"))
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextDontClip
-        for words, place in zip(self._figure.travel_end_texts, self.side_boxes(box), strict=True):
-            painter.drawText(place, flags, tr("trailing edge\n{words}").format(words=words))
+        for text, place in zip(self._figure.travel_end_texts, self.side_boxes(box), strict=True):
+            painter.drawText(place, flags, tr("trailing edge\n{words}").format(words=text))
 
     def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
         style, figure = self._style, self._figure

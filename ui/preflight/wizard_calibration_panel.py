@@ -156,12 +156,12 @@ class WizardPromptView(QWidget):
         painter.drawText(number, _ALIGN.AlignVCenter, cue.main_text)
         if beside:
             taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.main_text)
-            words = QRectF(taken + px(10), number.top(), beside, number.height())
+            text = QRectF(taken + px(10), number.top(), beside, number.height())
             painter.setFont(
-                fit_text_font(cue.side_text, words, px(20), px(11), bold=True, wrap=True)
+                fit_text_font(cue.side_text, text, px(20), px(11), bold=True, wrap=True)
             )
             flags = Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter
-            painter.drawText(words, flags, cue.side_text)
+            painter.drawText(text, flags, cue.side_text)
 
     def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
         style, px, cue = self._style, self._style.px, self.prompt
@@ -175,10 +175,10 @@ class WizardPromptView(QWidget):
         ink = style.color("fill_text" if fill else "text")
         sign = QRectF(chip.left() + px(10), chip.center().y() - px(8), px(16), px(16))
         paint_indicator(painter, cue.state, sign, ink)
-        words = chip.adjusted(px(34), 0, -px(6), 0)
+        text = chip.adjusted(px(34), 0, -px(6), 0)
         painter.setPen(ink)
-        painter.setFont(fit_text_font(cue.state_text, words, px(18), px(10), bold=True))
-        painter.drawText(words, _ALIGN.AlignVCenter, cue.state_text)
+        painter.setFont(fit_text_font(cue.state_text, text, px(18), px(10), bold=True))
+        painter.drawText(text, _ALIGN.AlignVCenter, cue.state_text)
         now = QRectF(box.left(), chip.bottom() + px(2), box.width(), 0.35 * box.height())
         painter.setPen(style.color("text"))
         painter.setFont(fit_text_font(cue.value_text, now, px(26), px(12), bold=True))
@@ -309,11 +309,11 @@ class WizardCalibrationPanel(QWidget):
             self._column.insertWidget(0, self.prompt_view)
         else:
             self._left.insertWidget(0, self.prompt_view)
-        for place, widget in enumerate((self.remarks, self.quality, self.motion_view)):
+        for index, widget in enumerate((self.remarks, self.quality, self.motion_view)):
             if wide:
                 self._below_column.addWidget(widget, 1 if widget is self.motion_view else 0)
             else:
-                self._column.insertWidget(place + low, widget)
+                self._column.insertWidget(index + low, widget)
 
     def scroll_pages(self, pages: float) -> None:
         """Move what is below by parts of its height."""

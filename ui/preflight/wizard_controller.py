@@ -21,7 +21,7 @@ from ui.flight_controller import FlightController
 class Prompter(Protocol):
     """Says short sentences and gives tones; mute is its own affair."""
 
-    def say(self, words: str) -> None:
+    def say(self, text: str) -> None:
         """Say words; what waits to be said and is out of date by now is dropped."""
 
     def play_tone(self, name: str) -> None:
@@ -31,7 +31,7 @@ class Prompter(Protocol):
 class SilentPrompter:
     """Says nothing."""
 
-    def say(self, words: str) -> None:
+    def say(self, text: str) -> None:
         """Say nothing."""
 
     def play_tone(self, name: str) -> None:

@@ -239,10 +239,10 @@ class WizardStartPanel(CenteredPage):
                 tr("No aircraft is connected: {connects}").format(connects=connects), "caution"
             )
         elif session.replay_feed is not None:
-            words = tr("This is a replay: no aircraft to calibrate. {connects}").format(
+            text = tr("This is a replay: no aircraft to calibrate. {connects}").format(
                 connects=connects
             )
-            self.message.set_message(words, "caution")
+            self.message.set_message(text, "caution")
         else:
             self.message.set_message(
                 tr(

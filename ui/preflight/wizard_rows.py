@@ -95,18 +95,18 @@ def list_instrument_statuses(
     for instrument in plan.instruments:
         name = instrument.channel
         good = name in held and in_force.evaluate((name,)).state == "good"
-        words, check = _calibrated_text(known.get(name)), checks.get(name)
+        text, check = _calibrated_text(known.get(name)), checks.get(name)
         if name in left:
-            words = tr("uncalibrated: {reason}").format(reason=left[name].reason)
+            text = tr("uncalibrated: {reason}").format(reason=left[name].reason)
         elif name in known and name not in held and known[name].who != SHIPPED_EXAMPLE:
-            words = tr("not calibrated: the certificate of {words} applies").format(words=words)
+            text = tr("not calibrated: the certificate of {words} applies").format(words=text)
         if check is not None:
             day = day_text(check.stamp.astimezone(), current_local_time())
-            words += tr("; check {day} {stamp:%H:%M}: {check}").format(
+            text += tr("; check {day} {stamp:%H:%M}: {check}").format(
                 day=day, stamp=check.stamp, check=_check_text(check.result, instrument)
             )
         found.append(
-            InstrumentStatus(channel=name, title=instrument.title, text=words, is_calibrated=good)
+            InstrumentStatus(channel=name, title=instrument.title, text=text, is_calibrated=good)
         )
     return tuple(found)
 
@@ -149,20 +149,20 @@ def build_point_rows(view: WizardView) -> tuple[CalibrationPointRow, ...]:
             value=quantity_text(point.value, instrument.unit, _digits(point.value)),
             direction=point.direction if instrument.is_angle_sensor else "single",
             volts=volts_text(point.volts),
-            residual=signed_error_text(residuals[at], instrument) if residuals else "",
-            share=residuals[at] / largest if residuals else 0.0,
-            remark="outlier" if at in odd else "",
-            index=at,
+            residual=signed_error_text(residuals[index], instrument) if residuals else "",
+            share=residuals[index] / largest if residuals else 0.0,
+            remark="outlier" if index in odd else "",
+            index=index,
         )
-        for at, point in enumerate(view.points)
+        for index, point in enumerate(view.points)
     ]
     rows += [
         CalibrationPointRow(
             value=quantity_text(slot.value, instrument.unit),
             direction=slot.direction,
-            current=at == 0 and view.phase == "points",
+            current=index == 0 and view.phase == "points",
         )
-        for at, slot in enumerate(view.remaining)
+        for index, slot in enumerate(view.remaining)
     ]
     return tuple(rows)
 
@@ -226,15 +226,15 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
         certificate = view.certificates.get(name)
         check = view.accepted_checks.get(name)
         if check is not None:
-            words, good = _check_text(check, instrument), check.passed
+            text, good = _check_text(check, instrument), check.passed
         elif name in view.skipped:
             left = tr("uncalibrated") if view.mode == "full" else tr("not checked")
-            words, good = f"{left}: {view.skipped[name]}", False
+            text, good = f"{left}: {view.skipped[name]}", False
         elif certificate is not None:
-            words, good = _certificate_text(certificate, instrument), True
+            text, good = _certificate_text(certificate, instrument), True
         else:
             continue
-        found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=good))
+        found.append(InstrumentOutcome(title=instrument.title, text=text, is_calibrated=good))
     return tuple(found)
 
 

@@ -137,8 +137,8 @@ def describe_reading(reading: VoltageReading | None) -> tuple[IndicatorState, st
     if math.isnan(reading.time):
         # Of an instrument that was just turned to nothing is known yet.
         return "unknown", tr("Waiting")
-    state, words = _READING_STATES[reading.state]
-    return state, tr(words)
+    state, text = _READING_STATES[reading.state]
+    return state, tr(text)
 
 
 def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt:
@@ -152,9 +152,9 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
     instrument = view.instrument
     if instrument is None:
         return WizardPrompt(title=tr("Calibration"), prompt=view.prompt, message=view.message)
-    state, words = _prompt_state(view)
+    state, text = _prompt_state(view)
     if view.reading is None and instrument.is_angle_sensor and catching_up:
-        state, words = "unknown", tr("Catching up")
+        state, text = "unknown", tr("Catching up")
     lead, big, beside, wanted = _main_texts(view, instrument)
     now = volts = ""
     if view.reading is not None:
@@ -168,7 +168,7 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
         side_text=beside,
         is_target=wanted,
         state=state,
-        state_text=words,
+        state_text=text,
         value_text=now,
         volts_text=volts,
         prompt=view.prompt,

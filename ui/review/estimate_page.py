@@ -98,16 +98,16 @@ class EstimateHeader(QFrame):
         self.button.setProperty("role", "primary")
         self.button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
-        words = QVBoxLayout()
-        words.setSpacing(2)
+        text = QVBoxLayout()
+        text.setSpacing(2)
         self.message = FieldMessage()
         self.message.setProperty("role", "")
-        words.addWidget(self.message)
+        text.addWidget(self.message)
         self.explained = create_label("", "muted", wrap=True, remarks_in=style)
         self.explained.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         self.explained.setAlignment(Qt.AlignmentFlag.AlignTop)
-        words.addWidget(self.explained)
-        self._row.addLayout(words, 1)
+        text.addWidget(self.explained)
+        self._row.addLayout(text, 1)
         self._column.addLayout(self._row)
         style.changed.connect(self._fit)
         self._fit()
@@ -229,20 +229,20 @@ class EstimatePage(ReviewStepPage):
         outcome = self._outcome
         if outcome is None:
             kept = len(self.run_store.runs)
-            words = (
+            text = (
                 tr("{runs} saved").format(runs=count_text(kept, "run"))
                 if kept
                 else tr("no run yet")
             )
-            return StepStatus(state="plain", text=words)
+            return StepStatus(state="plain", text=text)
         count = len(outcome.result.results)
-        words = (
+        text = (
             tr("run {number}").format(number=outcome.number)
             if outcome.number is not None
             else tr("not saved")
         )
-        detail = f"{words}: {count_text(count, 'maneuver')}"
-        return StepStatus(state="plain", text=words, detail=detail)
+        detail = f"{text}: {count_text(count, 'maneuver')}"
+        return StepStatus(state="plain", text=text, detail=detail)
 
     @property
     def undo_history(self) -> UndoHistory:
@@ -325,8 +325,8 @@ class EstimatePage(ReviewStepPage):
         self._follow_model()
         problem = self._checker.validate(self._form)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
-        words, state = self._status_message()
-        self.message.set_message(words, state)
+        text, state = self._status_message()
+        self.message.set_message(text, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
             self.button.setFocus()
@@ -349,10 +349,10 @@ class EstimatePage(ReviewStepPage):
     def _status_message(self) -> tuple[str, str]:
         if not self._review.flights:
             keys = shortcut_text("Alt+1")
-            words = tr("No flight under review: add one on the Maneuvers page ({keys}).").format(
+            text = tr("No flight under review: add one on the Maneuvers page ({keys}).").format(
                 keys=keys
             )
-            return words, "caution"
+            return text, "caution"
         if not self._checker.ready:
             return tr("Loading …"), ""
         if self._checker.problem is not None:

@@ -110,8 +110,8 @@ class EstimatePanel(QWidget):
 
     def _choice(self, grid: QGridLayout, field: str) -> QComboBox:
         box = QComboBox()
-        for key, words in SETTING_CHOICES[field]:
-            box.addItem(tr(words), key)
+        for key, text in SETTING_CHOICES[field]:
+            box.addItem(tr(text), key)
         box.activated.connect(lambda _index: self._set_field(field, box.currentData()))
         self._setters[field] = lambda value: box.setCurrentIndex(max(box.findData(value), 0))
         self._row(grid, field, box)
@@ -241,13 +241,13 @@ class EstimatePanel(QWidget):
 
     # What is said
 
-    def show_problem(self, field: str, words: str) -> None:
+    def show_problem(self, field: str, text: str) -> None:
         """Say what is wrong with a field, and of the others what is to be known."""
         for name, sentence in self._sentences.items():
             wrong = name == field
             note = "" if wrong else self._note(name)
-            sentence.set_message(words if wrong else note, "warning" if wrong else "")
-            sentence.setVisible(bool(words if wrong else note))
+            sentence.set_message(text if wrong else note, "warning" if wrong else "")
+            sentence.setVisible(bool(text if wrong else note))
             edit = self._edits[name]
             state = "warning" if wrong else ""
             if isinstance(edit, QLineEdit) and edit.property("state") != state:
@@ -269,12 +269,12 @@ class EstimatePanel(QWidget):
                     if len(here) < 7
                     else tr("Only these {count}").format(count=len(here))
                 )
-                words = (
+                text = (
                     tr("{only} is estimated; the rest is held.")
                     if len(here) == 1
                     else tr("{only} are estimated; the rest is held.")
                 )
-                return words.format(only=only)
+                return text.format(only=only)
         if field == "channels":
             if not method_uses(form, "responses"):
                 return tr("{method} compares no responses.").format(

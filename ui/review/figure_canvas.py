@@ -217,8 +217,8 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             painter.drawRect(box)
         elif pane is not None and self.pointer is not None and self._pressed is None:
             plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
-            words = self.text_at(self.pointer)
-            paint_readout(painter, plot, self.pointer, words, self._style)
+            text = self.text_at(self.pointer)
+            paint_readout(painter, plot, self.pointer, text, self._style)
         painter.end()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

@@ -197,7 +197,7 @@ def derivative_group_option(data: FigureData) -> FigureOption:
         **{one: tr("of {control}").format(control=symbol_text(one)) for one in _COEFFICIENTS},
         _EFFECTS_GROUP: tr("parameters of effects"),
     }
-    choices = tuple((key, words) for key, words in groups.items() if _filter_by_group(names, key))
+    choices = tuple((key, text) for key, text in groups.items() if _filter_by_group(names, key))
     return FigureOption(
         id="group",
         title=tr("Derivatives"),
@@ -254,8 +254,8 @@ def comparison_run_option(data: FigureData) -> FigureOption:
     """Return the runs that a fit can be compared with: those that computed the same, too."""
     shown = _computed_channels(data.current_maneuver)
     comparable = [
-        (str(place), format_run_name(one))
-        for place, one in enumerate(data.others)
+        (str(index), format_run_name(one))
+        for index, one in enumerate(data.others)
         if (found := find_result(one, data.current_maneuver.maneuver.id)) is not None
         and shown & _computed_channels(found)
     ]
@@ -273,12 +273,12 @@ def fit_option(data: FigureData) -> FigureOption:
     """Return the fits of the run: of each maneuver, and of several together."""
     joint = tuple(
         (
-            f"{JOINT_PREFIX}{place}",
+            f"{JOINT_PREFIX}{index}",
             tr("{count} maneuvers jointly, {axis}").format(
                 count=len(one.maneuvers), axis=axis_text(one)
             ),
         )
-        for place, one in enumerate(data.outcome.result.joint)
+        for index, one in enumerate(data.outcome.result.joint)
     )
     single = maneuver_option(data)
     return FigureOption(id="maneuver", title=tr("Fit"), choices=(*single.choices, *joint))

@@ -40,10 +40,10 @@ class FigureCurve:
         """Return the sample nearest to a place on the x axis; NaN outside."""
         if not self.x.size or not self.x[0] <= x <= self.x[-1]:
             return float("nan")
-        place = int(np.searchsorted(self.x, x))
-        if place > 0 and x - self.x[place - 1] < self.x[min(place, self.x.size - 1)] - x:
-            place -= 1
-        return float(self.y[place])
+        index = int(np.searchsorted(self.x, x))
+        if index > 0 and x - self.x[index - 1] < self.x[min(index, self.x.size - 1)] - x:
+            index -= 1
+        return float(self.y[index])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -122,9 +122,9 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
         )  # fmt: skip
         canvas = FigureCanvasAgg(figure)
         picture.draw(figure)
-        for place, axes in enumerate(figure.axes):
-            if place in order.views:
-                _apply_view(axes, order.views[place])
+        for index, axes in enumerate(figure.axes):
+            if index in order.views:
+                _apply_view(axes, order.views[index])
         canvas.draw()
         pixels = np.asarray(canvas.buffer_rgba())
         high, wide = pixels.shape[:2]
@@ -206,7 +206,7 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
 
     tall = figure.bbox.height
     found = []
-    for place, axes in enumerate(figure.axes):
+    for index, axes in enumerate(figure.axes):
         box = axes.get_window_extent().padded(2.0)
         for line in axes.lines:
             names = point_names(line)
@@ -216,7 +216,7 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
             for name, (x, y) in zip(names, pixels, strict=True):
                 if np.isfinite(x + y) and box.contains(x, y):
                     spot = ManeuverPoint(
-                        subplot_index=place,
+                        subplot_index=index,
                         maneuver=name,
                         x=float(x / ratio),
                         y=float((tall - y) / ratio),

@@ -85,21 +85,21 @@ def paint_transformed(
     painter.restore()
 
 
-def paint_message(painter: QPainter, box: QRectF, words: str, style: DisplayStyle) -> None:
+def paint_message(painter: QPainter, box: QRectF, text: str, style: DisplayStyle) -> None:
     """Write why there is no figure."""
     painter.setFont(style.font("body"))
     painter.setPen(style.color("text"))
     margin = style.px(32)
     inner = box.adjusted(margin, margin, -margin, -margin)
     flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-    painter.drawText(inner, int(flags), words)
+    painter.drawText(inner, int(flags), text)
 
 
-def paint_busy(painter: QPainter, box: QRectF, words: str, style: DisplayStyle) -> None:
+def paint_busy(painter: QPainter, box: QRectF, text: str, style: DisplayStyle) -> None:
     """Say in the corner what is being done."""
     font = style.font("label", strong=True)
     metrics = QFontMetricsF(font)
-    wide, high = metrics.horizontalAdvance(words) + style.px(16), metrics.height() + style.px(6)
+    wide, high = metrics.horizontalAdvance(text) + style.px(16), metrics.height() + style.px(6)
     chip = QRectF(box.right() - wide - style.px(8), box.top() + style.px(6), wide, high)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -108,7 +108,7 @@ def paint_busy(painter: QPainter, box: QRectF, words: str, style: DisplayStyle) 
     painter.drawRoundedRect(chip, style.px(4), style.px(4))
     painter.setFont(font)
     painter.setPen(style.color("banner_text"))
-    painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, words)
+    painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, text)
     painter.restore()
 
 
@@ -143,8 +143,8 @@ class FigureWidget(QWidget):
         self.updateGeometry()
         self.update()
 
-    def show_progress_text(self, words: str) -> None:
-        self._waiting = words
+    def show_progress_text(self, text: str) -> None:
+        self._waiting = text
         self.update()
 
     def select_maneuver(self, maneuver: str) -> None:

@@ -193,8 +193,8 @@ class FigureView(QScrollArea):
             self._draw_timer.start()
 
     def _fail(self, order: RenderRequest, error: Exception) -> None:
-        words = tr("This figure could not be drawn: {error}.").format(error=error)
-        self._show(RenderedFigure(request=order, message=words))
+        text = tr("This figure could not be drawn: {error}.").format(error=error)
+        self._show(RenderedFigure(request=order, message=text))
         self.failed.emit(error)
 
     def _restyle(self) -> None:
@@ -258,9 +258,9 @@ class ReportTable(QWidget):
         self._column.addWidget(self.lines)
 
     def _width(self, table: DocumentTable, place: int) -> int:
-        words = (table.columns[place], *(row[place] for row in table.rows))
+        text = (table.columns[place], *(row[place] for row in table.rows))
         metrics = QFontMetrics(self._style.font("body"))
-        pixels = max(metrics.horizontalAdvance(one) for one in words)
+        pixels = max(metrics.horizontalAdvance(one) for one in text)
         return round(pixels / self._style.sizes.scale) + _COLUMN_PADDING
 
 
@@ -362,18 +362,18 @@ class FiguresLayout(QWidget):
             choice = self.choices[option.id]
             choice.title.setText(option.title)
             choice.box.setAccessibleName(option.title)
-            choice.set_choices([(one, tr(words)) for one, words in option.choices], key)
+            choice.set_choices([(one, tr(text)) for one, text in option.choices], key)
         shown = {option.id for option, _ in options if option.choices}
         for name, choice in self.choices.items():
             choice.setVisible(name in shown)
 
-    def show_message(self, words: str) -> None:
-        self.detail.setText(words)
-        self.detail.setVisible(bool(words))
+    def show_message(self, text: str) -> None:
+        self.detail.setText(text)
+        self.detail.setVisible(bool(text))
 
-    def show_caption(self, words: str) -> None:
-        self.caption.setText(words)
-        self.caption.setVisible(bool(words))
+    def show_caption(self, text: str) -> None:
+        self.caption.setText(text)
+        self.caption.setVisible(bool(text))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -119,12 +119,12 @@ class FiguresPage(ReviewStepPage):
             return StepStatus(state="unknown")
         outcome = self._data.outcome
         out = len(outcome.summary.excluded_maneuvers)
-        words = (
+        text = (
             tr("{run_name}, {out} excluded").format(run_name=format_run_name(outcome), out=out)
             if out
             else format_run_name(outcome)
         )
-        return StepStatus(state="plain", text=words)
+        return StepStatus(state="plain", text=text)
 
     def set_initial_focus(self) -> None:
         (self.view if self._data is not None else self.frame.list).setFocus()
@@ -180,8 +180,8 @@ class FiguresPage(ReviewStepPage):
         self.changed.emit()
 
     def _next_figure(self, steps: int) -> None:
-        place = FIGURE_KINDS.index(self.kind) + steps
-        self.show_kind(FIGURE_KINDS[min(max(place, 0), len(FIGURE_KINDS) - 1)].id)
+        index = FIGURE_KINDS.index(self.kind) + steps
+        self.show_kind(FIGURE_KINDS[min(max(index, 0), len(FIGURE_KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
         data, kind, frame = self._data, self.kind, self.frame
@@ -195,9 +195,9 @@ class FiguresPage(ReviewStepPage):
             )
             return
         if kind.needs and getattr(data, kind.needs) is None:
-            words = self._computations.request(kind.needs, data.outcome)
+            text = self._computations.request(kind.needs, data.outcome)
             if getattr(self._data, kind.needs) is None:
-                self.view.show_figure(lambda _palette, _room: words)
+                self.view.show_figure(lambda _palette, _room: text)
             return
         self.view.canvas.select_maneuver(self._selection.maneuver)
         self.view.show_figure(lambda palette, room: kind.build(data, palette, room), same=same)

@@ -82,8 +82,8 @@ class DerivativeFormsPanel(QWidget):
                 self._tables.addWidget(create_label(one.title, "muted", wrap=True))
             self._tables.addWidget(self._table(one))
         if not found:
-            words = tr("No derivative of this form was estimated.")
-            self._tables.addWidget(create_label(words, "muted", wrap=True))
+            text = tr("No derivative of this form was estimated.")
+            self._tables.addWidget(create_label(text, "muted", wrap=True))
 
     def _table(self, one: FormTable) -> FittedTableView:
         numbers = frozenset(range(1, len(one.columns)))

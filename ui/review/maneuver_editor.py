@@ -150,8 +150,8 @@ class ManeuverEditor(QObject):
             return
         if len(picked) == 1:
             names = [one.id for one in flight.maneuvers]
-            place = names.index(picked[0])
-            picked = tuple(names[place : place + 2])
+            index = names.index(picked[0])
+            picked = tuple(names[index : index + 2])
         self._edit(lambda flight: flight.merge(picked))
 
     # What people say of one
@@ -201,12 +201,12 @@ class ManeuverEditor(QObject):
         self._restore(tr("Redone"), lambda flight: flight.redo())
 
     def _restore(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
-        words = ""
+        text = ""
 
         def change(flight: ReviewedFlight) -> None:
-            nonlocal words
-            words = act(flight)
+            nonlocal text
+            text = act(flight)
 
         self._edit(change)
-        if words:
-            self.message_changed.emit(f"{what}: {words}.", "")
+        if text:
+            self.message_changed.emit(f"{what}: {text}.", "")

@@ -52,8 +52,8 @@ class GradeDialog(FormDialog):
         )
         self.choice = QComboBox()
         self.choice.setAccessibleName(tr("Grade"))
-        for grade, words in GRADES.items():
-            self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
+        for grade, text in GRADES.items():
+            self.choice.addItem(f"{grade}  {text.partition(':')[0]}", grade)
         self.choice.addItem(tr("Automatic grade"), "")
         self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
         self.reason = QLineEdit(
@@ -110,7 +110,7 @@ class ManeuversPage(ReviewStepPage):
         flights.opening.opened.connect(self._opened)
         flights.changed.connect(self._flights_changed)
         flights.status_changed.connect(self._show_flights)
-        flights.failed.connect(lambda words: self.details.show_message(words, "warning"))
+        flights.failed.connect(lambda text: self.details.show_message(text, "warning"))
         self._selection.maneuver_changed.connect(self._select)
         editing.changed.connect(self._notify_change)
         editing.message_changed.connect(self.details.show_message)
@@ -193,13 +193,13 @@ class ManeuversPage(ReviewStepPage):
             return StepStatus(state="unknown", text=tr("opening"), detail=doing)
         rows = self.review.rows()
         if not rows:
-            words = tr("no maneuver") if self.review.flights else tr("no flight")
-            return StepStatus(state="unknown", text=words)
+            text = tr("no maneuver") if self.review.flights else tr("no flight")
+            return StepStatus(state="unknown", text=text)
         used = sum(row.in_use for row in rows)
-        words = tr("{used} of {count} used").format(used=used, count=len(rows))
+        text = tr("{used} of {count} used").format(used=used, count=len(rows))
         flights = count_text(len(self.review.flights), "flight")
         return StepStatus(
-            state="good" if used else "caution", text=words, detail=f"{flights}: {words}"
+            state="good" if used else "caution", text=text, detail=f"{flights}: {text}"
         )
 
     @property

@@ -163,12 +163,12 @@ class ManeuverDetails(QWidget):
         self.times.setText(times_text(maneuver))
         condition = condition_text(maneuver, self._style.units)
         self.reasons.setText(f"{reasons_text(maneuver)} {condition}".strip())
-        words = f"{self.title.text()}, {self.grade.text()}, {self.times.text()}. "
-        self.setAccessibleDescription(words + self.reasons.text())
+        text = f"{self.title.text()}, {self.grade.text()}, {self.times.text()}. "
+        self.setAccessibleDescription(text + self.reasons.text())
 
-    def show_message(self, words: str, state: str = "") -> None:
-        self.message.set_message(words, state)
-        self.message.setVisible(bool(words))
+    def show_message(self, text: str, state: str = "") -> None:
+        self.message.set_message(text, state)
+        self.message.setVisible(bool(text))
 
 
 _MAX_REMARKS = 3
@@ -212,9 +212,9 @@ class FlightsPanel(QWidget):
         rows = []
         for row, flight in enumerate(flights):
             count = count_text(len(flight.maneuvers), "maneuver")
-            words = f"{row + 1}  {review.title(flight)}   {count}"
+            text = f"{row + 1}  {review.title(flight)}   {count}"
             detail = f"{flight.path}\n{count}: {grade_counts_text(flight.maneuvers)}"
-            rows.append(TableRow(key=row, cells=(words,), detail=detail))
+            rows.append(TableRow(key=row, cells=(text,), detail=detail))
         self.flights.blockSignals(True)
         self.flights.show_rows(rows)
         if self.flights.current_key() != place:
@@ -243,8 +243,8 @@ class FlightsPanel(QWidget):
         )
         self._set_status(join_sentences(lines), flight.remarks)
 
-    def _set_status(self, words: str, remarks: Sequence[str] = ()) -> None:
-        self.status.setText(words)
+    def _set_status(self, text: str, remarks: Sequence[str] = ()) -> None:
+        self.status.setText(text)
         self.status.setToolTip("\n".join(remarks))
         self.status.setAccessibleDescription(join_sentences(remarks))
 
@@ -258,9 +258,9 @@ class FlightsPanel(QWidget):
 
 def create_command_button(action: QAction, *, quiet: bool = False) -> QPushButton:
     """Return a button that does what a command does, gray when the command is."""
-    words = action.text()
-    button = QPushButton(words)
-    button.setAccessibleName(words.rstrip("…"))
+    text = action.text()
+    button = QPushButton(text)
+    button.setAccessibleName(text.rstrip("…"))
     if quiet:
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     button.clicked.connect(action.trigger)
@@ -296,9 +296,9 @@ class ManeuverToolbar(QWidget):
         self._in_use = actions["review_in_use"]
         self.use.clicked.connect(actions["review_in_use"].trigger)
         self.buttons = {}
-        for name, words in _BUTTONS:
+        for name, text in _BUTTONS:
             button = create_command_button(actions[name], quiet=True)
-            button.setText(tr(words))
+            button.setText(tr(text))
             self.buttons[name] = button
         self._style = style
         column.addWidget(create_button_row(style, *self.buttons.values(), self.use))

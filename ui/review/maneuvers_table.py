@@ -141,8 +141,8 @@ def build_maneuver_table_row(row: ManeuverRow, units: str) -> TableRow:
     maneuver = row.maneuver
     color = "" if row.in_use else "muted"
     formats = {
-        place: CellFormat(color=color, detail=tr(column.hint), is_bold=column.id == "id")
-        for place, column in enumerate(MANEUVER_COLUMNS)
+        index: CellFormat(color=color, detail=tr(column.hint), is_bold=column.id == "id")
+        for index, column in enumerate(MANEUVER_COLUMNS)
     }
     use, name, grade = (COLUMN_INDEXES[column] for column in ("use", "id", "grade"))
     spoken = tr("used in the estimate") if row.in_use else tr("not used in the estimate")
@@ -214,10 +214,10 @@ class ManeuversTable(TableRowView):
         self.setColumnHidden(COLUMN_INDEXES["flight"], not several)
         self.setColumnHidden(COLUMN_INDEXES["told"], not told)
         fixed = 0
-        for place, column in enumerate(MANEUVER_COLUMNS):
-            if column.id not in ("told", "note") and not self.isColumnHidden(place):
+        for index, column in enumerate(MANEUVER_COLUMNS):
+            if column.id not in ("told", "note") and not self.isColumnHidden(index):
                 width = self._id_width() if column.id == "id" else px(column.width)
-                self.setColumnWidth(place, width)
+                self.setColumnWidth(index, width)
                 fixed += width
         room = self.viewport().width() - fixed
         wide = max(px(160), room // 2 if told else room)
@@ -238,7 +238,7 @@ class ManeuversTable(TableRowView):
         """Show other rows; those selected stay selected, and what is being typed goes on."""
         self._given = tuple(rows)
         units = self._style.units
-        details = {place: tr(one.hint or one.title) for place, one in enumerate(MANEUVER_COLUMNS)}
+        details = {index: tr(one.hint or one.title) for index, one in enumerate(MANEUVER_COLUMNS)}
         self._is_quiet = True
         self.row_model.set_titles([one.heading(units) for one in MANEUVER_COLUMNS], details)
         self.row_model.set_rows(build_maneuver_table_row(row, units) for row in rows)

@@ -119,8 +119,8 @@ class OnboardLogController(QObject):
         self._banner.show(title)
         self.changed.emit()
 
-    def _show_progress(self, share: float | None, words: str) -> None:
-        self._banner.set_progress(share, words)
+    def _show_progress(self, share: float | None, text: str) -> None:
+        self._banner.set_progress(share, text)
 
     def _ended(self, title: str, how: str) -> None:
         self._banner.remove()

@@ -82,18 +82,18 @@ class OnboardLogJobHandler:
             self._report_progress(None, QT_TR_NOOP("reading the flight"))
             flight = activate_log(job.flight, job.use)
             state = flight.onboard
-            words = state.remark() if state is not None else QT_TR_NOOP("live record only")
+            text = state.remark() if state is not None else QT_TR_NOOP("live record only")
             former = info.onboard_log if info is not None else ""
             return OnboardLogResult(
-                flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
+                flight=job.flight, text=f"{flight.name}: {text}.", previous_log=former
             )
         placed = self._fetched(job) if job.link is not None else self._install(job)
         state = placed.flight.onboard
-        words = state.remark() if state is not None else ""
+        text = state.remark() if state is not None else ""
         beside = f" {placed.remark}." if placed.remark else ""
         return OnboardLogResult(
             flight=job.flight,
-            text=f"{placed.flight.name}: {words}.{beside}",
+            text=f"{placed.flight.name}: {text}.{beside}",
             previous_log=placed.previous_name,
         )
 
@@ -126,7 +126,7 @@ class OnboardLogJobHandler:
             self._report_progress(None, _PHASES.get(state.phase, state.phase))
             return
         share = state.received_bytes / state.size if state.size else 0.0
-        words = f"{state.received_bytes / 1e6:.1f} of {state.size / 1e6:.1f} MB"
+        text = f"{state.received_bytes / 1e6:.1f} of {state.size / 1e6:.1f} MB"
         if state.rate > 0.0:
-            words += f", {state.rate / 1e3:.0f} kB/s"
-        self._report_progress(_FETCH_SHARE * share, words)
+            text += f", {state.rate / 1e3:.0f} kB/s"
+        self._report_progress(_FETCH_SHARE * share, text)

@@ -127,6 +127,6 @@ class RawFieldPicker(QWidget):
     def _list(self, names: tuple[str, ...]) -> None:
         self.fields.set_choices([("", ""), *((name, name) for name in names)], "")
 
-    def _say(self, words: str) -> None:
-        self.message.setText(words)
-        self.message.setVisible(bool(words))
+    def _say(self, text: str) -> None:
+        self.message.setText(text)
+        self.message.setVisible(bool(text))

@@ -65,7 +65,7 @@ class FlightLoader(QObject):
             if may_block(path):
                 raise FlightError(tr("{path} does not respond").format(path=path))
             return open_reviewed_flight(
-                path, catalog=catalog, doing=lambda words: progress(None, words)
+                path, catalog=catalog, doing=lambda text: progress(None, text)
             )
 
         self._words = tr("opening {name}").format(name=path.name)
@@ -76,8 +76,8 @@ class FlightLoader(QObject):
         self._job.start()
         self.changed.emit()
 
-    def _show_progress(self, _share: object, words: str) -> None:
-        self._words = words
+    def _show_progress(self, _share: object, text: str) -> None:
+        self._words = text
         self.changed.emit()
 
     def _done(self, flight: ReviewedFlight) -> None:
@@ -201,11 +201,11 @@ class ReviewedFlights(QWidget):
         flight = self.flight
         if flight is None:
             return
-        place = self._review.flights.index(flight)
+        index = self._review.flights.index(flight)
         self._review.remove(flight)
         left = self._review.flights
         self._remember()
-        self.select_flight(left[min(place, len(left) - 1)] if left else None)
+        self.select_flight(left[min(index, len(left) - 1)] if left else None)
         self.changed.emit()
 
     def _opened(self, flight: ReviewedFlight) -> None:

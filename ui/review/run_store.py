@@ -188,9 +188,9 @@ class RunController(QObject):
         )
         self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
 
-    def _end(self, words: str, outcome: RunOutcome) -> None:
+    def _end(self, text: str, outcome: RunOutcome) -> None:
         self.running = False
-        self.status_text = words
+        self.status_text = text
         self.estimated.emit(outcome)
         self.changed.emit()
 
@@ -234,17 +234,17 @@ def _describe_run_end(outcome: RunOutcome) -> str:
         if outcome.number is not None
         else tr("The run")
     )
-    said = [
+    parts = [
         tr("{name}: {count} derivatives.").format(
             name=name, count=count_derivatives(outcome.summary.derivatives)
         )
     ]
     grave = (NOT_STORED_TEXT, SAME_SAMPLES_TEXT)
-    said += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
+    parts += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
     if failed:
-        said.append(tr("Not fitted: {failed}.").format(failed=", ".join(failed)))
+        parts.append(tr("Not fitted: {failed}.").format(failed=", ".join(failed)))
     if outcome.summary.outlying_maneuvers:
-        said.append(
+        parts.append(
             tr("Wild: {maneuvers}.").format(
                 maneuvers=", ".join(one.maneuver for one in outcome.summary.outlying_maneuvers)
             )
@@ -255,10 +255,10 @@ def _describe_run_end(outcome: RunOutcome) -> str:
         if one.estimate is not None and one.estimate.gusty_maneuvers
     ]
     if gusty:
-        said.append(tr("In gusts, by filter error: {gusty}.").format(gusty=", ".join(gusty)))
-    said.append(
+        parts.append(tr("In gusts, by filter error: {gusty}.").format(gusty=", ".join(gusty)))
+    parts.append(
         tr("See Figures ({figures}), Summary ({summary}).").format(
             figures=shortcut_text("Alt+3"), summary=shortcut_text("Alt+4")
         )
     )
-    return " ".join(said)
+    return " ".join(parts)

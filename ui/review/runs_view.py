@@ -68,7 +68,7 @@ def build_run_rows(
 def build_setting_rows(run: StoredRun, comparison: RunComparison | None) -> list[TableRow]:
     """Return the settings of a run; beside another one, those that differ."""
     if comparison is None:
-        return [TableRow(key=name, cells=(name, words, "")) for name, words in run.settings.items()]
+        return [TableRow(key=name, cells=(name, text, "")) for name, text in run.settings.items()]
     return [
         TableRow(key=one.name, cells=(one.name, one.one, one.other)) for one in comparison.settings
     ]
@@ -88,10 +88,10 @@ def _build_comparison_row(one: ValueDifference) -> TableRow:
     apart = (
         "" if one.in_bounds is None else tr("{bounds:.1f} bounds").format(bounds=abs(one.in_bounds))
     )
-    words = tr("single value") if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
+    text = tr("single value") if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
     return TableRow(
         key=one.name,
-        cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), words),
+        cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), text),
         state="caution" if one.differs else "plain",
         colored=frozenset({3}),
     )
@@ -105,20 +105,20 @@ def mean_text(value: CampaignValue | None) -> str:
 def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
     """Return what there is to say of a run, or of two beside each other."""
     if comparison is None:
-        said = [
+        parts = [
             tr("{count} derivatives from {maneuvers} maneuvers.").format(
                 count=count_derivatives(run.values), maneuvers=run.maneuver_count
             )
         ]
         if run.bounds_ratio is not None:
-            said.append(
+            parts.append(
                 tr("Scatter / bound: {ratio:.1f} (1 = consistent).").format(ratio=run.bounds_ratio)
             )
         if run.failures:
-            said.append(tr("Not fitted: {failures}.").format(failures=", ".join(run.failures)))
+            parts.append(tr("Not fitted: {failures}.").format(failures=", ".join(run.failures)))
         if run.outlying_maneuvers:
-            said.append(tr("Wild: {names}.").format(names=", ".join(run.outlying_maneuvers)))
-        return " ".join(said)
+            parts.append(tr("Wild: {names}.").format(names=", ".join(run.outlying_maneuvers)))
+        return " ".join(parts)
     far = [symbol_text(one.name) for one in comparison.values if one.differs]
     what = (
         tr("{count} of {total} values differ: {values}{more}.").format(

@@ -233,8 +233,8 @@ class SummaryPage(ReviewStepPage):
         style, actions = self.display_style, self._actions
         self.file = LabeledComboBox(style, tr("One file"), letters=24)
         self.buttons = {
-            name: ActionButton(actions[name], words, style)
-            for name, words in (
+            name: ActionButton(actions[name], text, style)
+            for name, text in (
                 ("review_report", tr("Report…")),
                 ("review_everything", tr("Everything in a folder…")),
                 ("review_copy", tr("Copy the table")),
@@ -365,8 +365,8 @@ class SummaryPage(ReviewStepPage):
 
         kept = "" if outcome.number is None else tr("Run {number}: ").format(number=outcome.number)
         self.headline.setText(f"{kept}{estimate_headline(outcome.summary, outcome.result)}")
-        said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
-        self.validity.setText(" ".join((*said, *exclusion_text(outcome.summary))))
+        remarks = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
+        self.validity.setText(" ".join((*remarks, *exclusion_text(outcome.summary))))
         with QSignalBlocker(self.table.selectionModel()):
             self.table.show_rows(build_derivative_rows(outcome))
         with QSignalBlocker(self.attention.selectionModel()):
@@ -388,9 +388,9 @@ class SummaryPage(ReviewStepPage):
         self._show_detail(self._selection.derivative)
         self.changed.emit()
 
-    def _show_message(self, words: str) -> None:
-        self.message.setText(words)
-        self.message.setVisible(bool(words))
+    def _show_message(self, text: str) -> None:
+        self.message.setText(text)
+        self.message.setVisible(bool(text))
         self.buttons["review_open_written"].setVisible(self.writer.written is not None)
         self.changed.emit()
 
@@ -404,8 +404,8 @@ class SummaryPage(ReviewStepPage):
 
     def _show_detail(self, derivative: str) -> None:
         outcome = self._outcome
-        words = describe_derivative(outcome, derivative) if outcome and derivative else ""
-        self.detail.setText(words or tr("Choose a derivative in the table."))
+        text = describe_derivative(outcome, derivative) if outcome and derivative else ""
+        self.detail.setText(text or tr("Choose a derivative in the table."))
 
     def _select_attention_item(self) -> None:
         key = self.attention.current_key()

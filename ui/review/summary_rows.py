@@ -76,8 +76,8 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
         )  # fmt: skip
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
-        words = _short_reason(status, why)
-        cells = (symbol_text(name), *(DASH,) * 8, "0", "", DASH, typeset(words))
+        text = _short_reason(status, why)
+        cells = (symbol_text(name), *(DASH,) * 8, "0", "", DASH, typeset(text))
         lines.append(
             TableRow(key=name, cells=cells, italic=True, detail=describe_derivative(outcome, name))
         )
@@ -128,7 +128,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
                 )
         return ""
     digits = decimals_for_std(one.value.noise or one.value.std)
-    said = [
+    parts = [
         tr("{name} is {mean} ± {std:.{digits}f} per radian, from {n} of {count} maneuvers.").format(
             name=name,
             mean=number_text(one.value.mean, digits),
@@ -138,7 +138,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
             count=len(one.points),
         )
     ]
-    said += [
+    parts += [
         tr("All maneuvers fitted together: {value} ± {std:.{digits}f}.").format(
             value=number_text(found.value, digits), std=found.std, digits=digits
         )
@@ -146,35 +146,35 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         if found is not None and found.value is not None and found.std
     ]
     if one.bound_consistency is None and one.value.n < DISPLAY.min_scatter_values:
-        said.append(
+        parts.append(
             tr("Fewer than {count} values: scatter cannot check the bounds.").format(
                 count=DISPLAY.min_scatter_values
             )
         )
     elif one.bound_consistency is None:
-        said.append(
+        parts.append(
             tr(
                 "Its bound includes an instrument zero common to all maneuvers: scatter cannot "
                 "check it."
             )
         )
     else:
-        said.append(
+        parts.append(
             tr(
                 "Scatter is {ratio:.1f} times the bounds (expected by chance: up to {p_value:.2g})."
             ).format(ratio=one.bound_consistency.ratio, p_value=one.bound_consistency.p_value)
         )
         if one.bound_consistency.ratio > DISPLAY.max_scatter_ratio:
-            said.append(tr("The bound of the mean includes the scatter between maneuvers."))
+            parts.append(tr("The bound of the mean includes the scatter between maneuvers."))
     if one.value.disagreement > one.value.noise:
-        said.append(
+        parts.append(
             tr(
                 "Of its bound, noise is {noise:.{digits}f}; maneuvers or methods that disagree are "
                 "{disagreement:.{digits}f}."
             ).format(noise=one.value.noise, disagreement=one.value.disagreement, digits=digits)
         )
-    said += _describe_methods(one, digits)
-    said += [
+    parts += _describe_methods(one, digits)
+    parts += [
         tr("Trend with {condition}: {verdict} (chance alone: {p_value:.2g}).").format(
             condition=channel(trend.condition).title.lower(),
             verdict=tr("proven") if trend.is_significant else tr("not proven"),
@@ -182,7 +182,7 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         )
         for trend in one.trends
     ]
-    said += [
+    parts += [
         tr("Maneuver {maneuver} is excluded, {sigma} off: {reasons}.").format(
             maneuver=outlier.point.maneuver,
             sigma=_sigma_text(outlier.sigmas),
@@ -192,8 +192,8 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
     ]
     if one.excluded:
         names = ", ".join(point.maneuver for point in one.excluded)
-        said.append(tr("Excluded manually: {names}.").format(names=names))
-    return typeset(" ".join(said))
+        parts.append(tr("Excluded manually: {names}.").format(names=names))
+    return typeset(" ".join(parts))
 
 
 def _sigma_text(value: float) -> str:
@@ -278,17 +278,17 @@ def _build_contradiction_rows(outcome: RunOutcome) -> list[TableRow]:
             for method in value.contradictions:
                 apart.setdefault(method, []).append(symbol_text(value.name))
         disagrees = tr("{method} disagrees in {apart}")
-        said = [
+        parts = [
             disagrees.format(method=short_method_title(method), apart=", ".join(names))
             for method, names in apart.items()
         ]
-        if gusty or said:
+        if gusty or parts:
             lines.append(
                 _attention_row(
                     AttentionItem(kind="methods", maneuver=one.maneuver.id),
                     tr("flown in gusts") if gusty else tr("methods contradict each other"),
-                    "; ".join(said) or tr("all methods agree"),
-                    "caution" if said else "plain",
+                    "; ".join(parts) or tr("all methods agree"),
+                    "caution" if parts else "plain",
                 )
             )
     return lines
@@ -326,12 +326,12 @@ def build_mode_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
 
     return tuple(
         TableRow(
-            key=(axis, place),
+            key=(axis, index),
             cells=(name, *(text.replace("-", MINUS) for text in numbers)),
             detail=tr("pole {pole} 1/s").format(pole=pole).replace("-", MINUS),
         )
         for axis, model in outcome.models.items()
-        for place, (name, pole, *numbers) in enumerate(mode_rows(model))
+        for index, (name, pole, *numbers) in enumerate(mode_rows(model))
     )
 
 
@@ -347,10 +347,10 @@ def build_error_rows(comparison: LinearModelValidation) -> tuple[TableRow, ...]:
 
     lines = []
     for axis, one in comparison.axes.items():
-        for words, found in (("", one.errors), (tr(", whole flight"), one.whole_flight_errors)):
+        for text, found in (("", one.errors), (tr(", whole flight"), one.whole_flight_errors)):
             for name, *errors in error_rows(one.outputs, found) if found else ():
-                cells = (f"{symbol_text(channel(name).symbol)}{words}", *errors)
-                lines.append(TableRow(key=(axis, name, words), cells=cells))
+                cells = (f"{symbol_text(channel(name).symbol)}{text}", *errors)
+                lines.append(TableRow(key=(axis, name, text), cells=cells))
     return tuple(lines)
 
 
@@ -358,9 +358,9 @@ def describe_comparison(comparison: LinearModelValidation) -> str:
     """Return what was fitted on what and judged on what, or why nothing was."""
     from gsapp.report.linear_text import validation_text
 
-    said = [validation_text(one) for one in comparison.axes.values()]
-    said += [f"{text[:1].upper()}{text[1:]}." for text in comparison.remarks]
-    return " ".join(said)
+    parts = [validation_text(one) for one in comparison.axes.values()]
+    parts += [f"{text[:1].upper()}{text[1:]}." for text in comparison.remarks]
+    return " ".join(parts)
 
 
 def format_derivative_table(outcome: RunOutcome) -> str:

@@ -290,10 +290,10 @@ def draw_labels(
             if left + wide > min([room, *(one.left() for one in taken if one.left() > left)]):
                 continue
         place = QRectF(left, lane.top(), wide, lane.height())
-        words = metrics.elidedText(span.label, Qt.TextElideMode.ElideMiddle, wide)
+        text = metrics.elidedText(span.label, Qt.TextElideMode.ElideMiddle, wide)
         painter.setFont(strong if span.id == chosen else plain)
         painter.setPen(style.state_color(GRADE_STATES[span.grade]))
-        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, words)
+        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
         taken.append(place)
 
 

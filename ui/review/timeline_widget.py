@@ -344,9 +344,9 @@ class TimelineWidget(QWidget):
             return
         gap = style.px(4)
         high = (plot.height() - gap * (len(self.shown_charts) - 1)) / len(self.shown_charts)
-        for place, chart in enumerate(self.shown_charts):
-            top = plot.top() + place * (high + gap)
-            if place:
+        for index, chart in enumerate(self.shown_charts):
+            top = plot.top() + index * (high + gap)
+            if index:
                 painter.fillRect(
                     QRectF(plot.left(), top - gap + 1, plot.width(), gap - 1),
                     style.color("background"),

@@ -74,9 +74,9 @@ class ChartGeometry:
         return replace(self.plot, x=self.plot.x - self.columns.ticks, width=self.columns.ticks)
 
     def chart_at(self, y: float) -> int | None:
-        for place, box in enumerate(self.charts):
+        for index, box in enumerate(self.charts):
             if box.y <= y < box.bottom:
-                return place
+                return index
         return None
 
 
@@ -182,8 +182,8 @@ def _stack_charts(
 
     def gaps_of(some: range) -> list[int]:
         return [
-            0 if place == 0 else chart_gap if flat[number][0] == flat[number - 1][0] else group_gap
-            for place, number in enumerate(some)
+            0 if index == 0 else chart_gap if flat[number][0] == flat[number - 1][0] else group_gap
+            for index, number in enumerate(some)
         ]
 
     shown = range(selected, selected + 1)
@@ -219,11 +219,11 @@ def _heights(free: float, weights: Sequence[float], least: float) -> list[float]
     low: set[int] = set()
     while True:
         rest = free - least * len(low)
-        total = sum(weight for place, weight in enumerate(weights) if place not in low)
+        total = sum(weight for index, weight in enumerate(weights) if index not in low)
         heights = [
-            least if place in low else rest * weight / total for place, weight in enumerate(weights)
+            least if index in low else rest * weight / total for index, weight in enumerate(weights)
         ]
-        short = {place for place, height in enumerate(heights) if height < least - 1e-9}
+        short = {index for index, height in enumerate(heights) if height < least - 1e-9}
         if not short or free < least * len(weights):
             return heights
         low |= short

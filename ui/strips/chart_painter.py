@@ -232,11 +232,11 @@ def _draw_name(pen: PaintStyle, chart: ChartState, box: PixelBox, *, titled: boo
                 break
         return
     step = min(box.height / count, pen.px(18))
-    for place, (spec, color) in enumerate(zip(chart.specs, chart.text_colors, strict=True)):
+    for index, (spec, color) in enumerate(zip(chart.specs, chart.text_colors, strict=True)):
         # What hangs below the last line stays within the chart.
-        center = box.center + (place - (count - 1) / 2.0) * step
+        center = box.center + (index - (count - 1) / 2.0) * step
         center = min(center, box.bottom - pen.px(10))
-        unit = chart.displays[place].unit
+        unit = chart.displays[index].unit
         _draw_symbol(pen, x, center, spec.symbol, color, unit, room)
 
 
@@ -310,8 +310,8 @@ def draw_displayed_values(
     pixels = min(pen.px(_VALUE_SIZE), round((step - pen.px(1)) / (0.78 if count > 1 else 0.74)))
     pixels = max(pixels, pen.px(8))
     if unit and not all(reading.stale for reading in readings):
-        words = unit_text(chart.displays[0].unit)
-        pen.text(unit_x, box.center, words, pen.theme.muted, _LABEL_SIZE)
+        text = unit_text(chart.displays[0].unit)
+        pen.text(unit_x, box.center, text, pen.theme.muted, _LABEL_SIZE)
     for index, reading in enumerate(readings):
         center = box.y + (index + 0.5) * step
         cell = QRect(
@@ -387,8 +387,8 @@ def _draw_tags(pen: PaintStyle, reading: DisplayedValue, cell: QRect, center: fl
         tags.append((tr("est"), theme.muted, ""))
     fitting = max(int(cell.height() // pen.px(15)), 1)
     tags = tags[:fitting]
-    for place, (word, color, fill) in enumerate(tags):
-        middle = center + (place - (len(tags) - 1) / 2.0) * pen.px(15)
+    for index, (word, color, fill) in enumerate(tags):
+        middle = center + (index - (len(tags) - 1) / 2.0) * pen.px(15)
         width = pen.width(word, 10, bold=bool(fill))
         x = cell.x() + pen.px(2)
         if fill:
@@ -546,10 +546,10 @@ def draw_lane(pen: PaintStyle, spans: Sequence[ChartSpan], marks: Sequence[Chart
         labels.append((x, label, False))
     labels.sort(key=lambda label: label[0])
     taken = 0
-    for place, (left, text, within) in enumerate(labels):
+    for index, (left, text, within) in enumerate(labels):
         indent = pen.px(5) if within else pen.px(9)
         start = max(left + indent, taken)
-        others = [label[0] for label in labels[place + 1 :] if label[0] > left]
+        others = [label[0] for label in labels[index + 1 :] if label[0] > left]
         # A label may be longer than its span while nothing else stands there.
         end = min([latest, *others]) - pen.px(4)
         room = end - start
@@ -774,7 +774,7 @@ def draw_cursor_lines(pen: PaintStyle, first: int, last: int) -> None:
             )  # fmt: skip
 
 
-def draw_empty_message(pen: PaintStyle, words: str) -> None:
+def draw_empty_message(pen: PaintStyle, text: str) -> None:
     """Say in the middle of the plot why there is nothing to see, in as many lines as it takes."""
     plot, margin = pen.geometry.plot, pen.px(8)
     pen.painter.setPen(QPen(pen.color(pen.theme.muted)))
@@ -782,5 +782,5 @@ def draw_empty_message(pen: PaintStyle, words: str) -> None:
     pen.painter.drawText(
         QRectF(plot.x + margin, plot.y, plot.width - 2 * margin, plot.height),
         Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap,
-        words,
+        text,
     )

@@ -282,7 +282,7 @@ class Raster:
     def _number_traces(self) -> list[list[int]]:
         most = max((len(chart.traces) for chart in self.charts), default=0)
         return [
-            [number for number, chart in enumerate(self.charts) if len(chart.traces) > layer]
+            [index for index, chart in enumerate(self.charts) if len(chart.traces) > layer]
             for layer in range(most)
         ]
 

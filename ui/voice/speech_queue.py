@@ -56,20 +56,20 @@ class SpeechQueue:
         self._last = ""
         self._said_at = -math.inf
 
-    def enqueue(self, words: str, priority: UtterancePriority, *, through: bool = False) -> None:
+    def enqueue(self, text: str, priority: UtterancePriority, *, through: bool = False) -> None:
         """Take words to be said, now, next, or not at all.
 
         `through`: whether they may be heard in a hush, because whoever offers them knows of it.
         """
-        words = words.strip()
-        if self.is_muted or not words or self._is_repeat(words, priority):
+        text = text.strip()
+        if self.is_muted or not text or self._is_repeat(text, priority):
             return
         held = self.is_quiet and not through
         if held and priority < UtterancePriority.WARNING:
             return
-        if self.waiting is not None and self.waiting.text == words:
+        if self.waiting is not None and self.waiting.text == text:
             self.waiting = None  # the same, and less urgent
-        offered = Utterance(text=words, priority=priority, allowed_in_quiet=through)
+        offered = Utterance(text=text, priority=priority, allowed_in_quiet=through)
         if held:
             if self.waiting is None or priority >= self.waiting.priority:
                 self.waiting = offered
@@ -112,12 +112,12 @@ class SpeechQueue:
             # Whoever turns the sound on again wants to hear what holds then.
             self._last = ""
 
-    def _is_repeat(self, words: str, priority: UtterancePriority) -> bool:
-        if self.speaking is not None and self.speaking.text == words:
+    def _is_repeat(self, text: str, priority: UtterancePriority) -> bool:
+        if self.speaking is not None and self.speaking.text == text:
             return True
-        if self.waiting is not None and self.waiting.text == words:
+        if self.waiting is not None and self.waiting.text == text:
             return self.waiting.priority >= priority
-        return words == self._last and self._clock() - self._said_at < DISPLAY.repeat_interval
+        return text == self._last and self._clock() - self._said_at < DISPLAY.repeat_interval
 
     def _speak_next(self) -> None:
         """Say what waits, if it may be said and nothing else is."""

@@ -53,13 +53,13 @@ class Voice(QObject):
 
     def say(
         self,
-        words: str,
+        text: str,
         priority: UtterancePriority = UtterancePriority.PROMPT,
         *,
         through: bool = False,
     ) -> None:
         """Say a sentence now, next or not at all, even in a hush if `through`."""
-        self._queue.enqueue(words, priority, through=through)
+        self._queue.enqueue(text, priority, through=through)
         self._play_current()
 
     def set_quiet(self, hushed: bool) -> None:

@@ -16,9 +16,9 @@ from ui.icons import create_icon
 from ui.translation import tr
 
 
-def _icon_spaced_text(words: str, glyph: str) -> str:
+def _icon_spaced_text(text: str, glyph: str) -> str:
     # Qt sets sign and word closer than the grid.
-    return f" {words}" if glyph else words
+    return f" {text}" if glyph else text
 
 
 class ActionButton(QPushButton):
@@ -43,11 +43,11 @@ class ActionButton(QPushButton):
         self.setAccessibleName(f"{text}, {keys}" if keys else text)
         self.setEnabled(self._action.isEnabled())
 
-    def set_icon_text(self, glyph: str, words: str) -> None:
+    def set_icon_text(self, glyph: str, text: str) -> None:
         """Show another sign and word."""
-        if (glyph, _icon_spaced_text(words, glyph)) != (self._glyph, self.text()):
+        if (glyph, _icon_spaced_text(text, glyph)) != (self._glyph, self.text()):
             self._glyph = glyph
-            self.setText(_icon_spaced_text(words, glyph))
+            self.setText(_icon_spaced_text(text, glyph))
             self._redraw()
 
     def _redraw(self) -> None:
@@ -114,8 +114,8 @@ class ActionBar(QWidget):
         self.offers = tuple(offers)
         while len(self._buttons) < len(offers):
             self._make()
-        for place, button in enumerate(self._buttons):
-            offer = self.offers[place] if place < len(self.offers) else None
+        for index, button in enumerate(self._buttons):
+            offer = self.offers[index] if index < len(self.offers) else None
             if offer is None:
                 continue
             button.setText(offer.label)
@@ -156,8 +156,8 @@ class ActionBar(QWidget):
             room -= self.more.sizeHint().width() + gap
             while shown > 1 and sum(widths[:shown]) + gap * (shown - 1) > room:
                 shown -= 1
-        for place, button in enumerate(self._buttons):
-            button.setVisible(place < shown)
+        for index, button in enumerate(self._buttons):
+            button.setVisible(index < shown)
         self._menu.clear()
         for offer in self.offers[shown:]:
             entry = self._menu.addAction(offer.label, self._trigger(offer.id))

@@ -429,18 +429,18 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         at = box.mapSceneToView(self.mapToScene(point.toPoint()))
         bottom, left = self._titles
         if bottom == FLIGHT_TIME_LABEL:
-            said = [clock_text(at.x(), decimals=2)]
+            parts = [clock_text(at.x(), decimals=2)]
         else:
-            said = [_value_text(bottom, at.x())]
+            parts = [_value_text(bottom, at.x())]
         values = [
             (curve.name, float(np.interp(at.x(), curve.x, curve.y, left=np.nan, right=np.nan)))
             for curve in self._curves
             if not curve.points and curve.x.size > _MIN_TICKS_WIDTH
         ]
-        said += [_value_text(left, value, name) for name, value in values if np.isfinite(value)]
-        if len(said) == 1:
-            said.append(_value_text(left, at.y()))
-        return "\n".join(said)
+        parts += [_value_text(left, value, name) for name, value in values if np.isfinite(value)]
+        if len(parts) == 1:
+            parts.append(_value_text(left, at.y()))
+        return "\n".join(parts)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

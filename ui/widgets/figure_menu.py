@@ -49,7 +49,7 @@ class FigureMenu(QObject):
             (tr("Save as…"), self.save_as),
             (tr("Reset zoom"), reset),
         )
-        self._actions = [QAction(words, widget) for words, _ in entries]
+        self._actions = [QAction(text, widget) for text, _ in entries]
         for action, (_, act) in zip(self._actions, entries, strict=True):
             action.triggered.connect(lambda _checked=False, act=act: act())
         self._actions[-1].setShortcut("Home")

@@ -98,8 +98,8 @@ class FormColumns(QScrollArea):
         if count == self._shown or not self._sections:
             return
         self._shown = count
-        for place, column in enumerate(self._columns):
-            self._row.setStretch(place, 1 if place < count else 0)
+        for index, column in enumerate(self._columns):
+            self._row.setStretch(index, 1 if index < count else 0)
             for section, _wish in self._sections:
                 # An item that is taken out instead goes on measuring the widget in its stead.
                 column.removeWidget(section)
@@ -142,8 +142,8 @@ class StackingColumns(QWidget):
         wanted = side if wide else QBoxLayout.Direction.TopToBottom
         if self._box.direction() != wanted:
             self._box.setDirection(wanted)
-        for place, share in enumerate(self._shares):
-            self._box.setStretch(place, share if wide else 0)
+        for index, share in enumerate(self._shares):
+            self._box.setStretch(index, share if wide else 0)
         self._box.setSpacing(style.px(24))
         for column in (self.left, self.right):
             column.setSpacing(style.px(8))
@@ -173,8 +173,8 @@ class LabeledComboBox(QWidget):
         if tuple(choices) != self._shown:
             self._shown = tuple(choices)
             self.box.clear()
-            for key, words in choices:
-                self.box.addItem(words, key)
+            for key, text in choices:
+                self.box.addItem(text, key)
         place = self.box.findData(current)
         if place >= 0:
             self.box.setCurrentIndex(place)

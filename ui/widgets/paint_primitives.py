@@ -23,7 +23,7 @@ def paint_focus_frame(painter: QPainter, box: QRect, style: DisplayStyle) -> Non
 
 
 def paint_readout(
-    painter: QPainter, plot: QRectF, at: QPointF, words: str, style: DisplayStyle
+    painter: QPainter, plot: QRectF, at: QPointF, text: str, style: DisplayStyle
 ) -> None:
     """Draw the cursor of a figure in a plot, and beside it the values in a box."""
     painter.save()
@@ -32,7 +32,7 @@ def paint_readout(
     painter.drawLine(QPointF(plot.left(), at.y()), QPointF(plot.right(), at.y()))
     font = style.font("label")
     metrics, gap = QFontMetricsF(font), style.px(6)
-    lines = words.splitlines()
+    lines = text.splitlines()
     wide = max(map(metrics.horizontalAdvance, lines), default=0.0) + 2 * gap
     box = QRectF(QPointF(), QSizeF(wide, len(lines) * metrics.lineSpacing() + gap))
     # Right of the pointer and above it; on the other side where there is no room.
@@ -47,7 +47,7 @@ def paint_readout(
     painter.setFont(font)
     painter.setPen(style.color("text"))
     inner = box.adjusted(gap, gap / 2, -gap, 0)
-    painter.drawText(inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, words)
+    painter.drawText(inner, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop, text)
     painter.restore()
 
 

@@ -58,11 +58,11 @@ class _StatusListDelegate(QStyledItemDelegate):
         px = self._style.px
         strong, plain = self._fonts()
         room = max(width - px(_LEFT) - px(_RIGHT) - px(14), px(80))
-        words = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.text)
-        words.moveTo(px(_LEFT), px(6))
+        text = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.text)
+        text.moveTo(px(_LEFT), px(6))
         more = QFontMetrics(plain).boundingRect(0, 0, room, 10_000, _WRAP, line.detail)
-        more.moveTo(px(_LEFT), words.bottom() + px(2))
-        return words, more
+        more.moveTo(px(_LEFT), text.bottom() + px(2))
+        return text, more
 
     def sizeHint(self, _option: QStyleOptionViewItem, index: ModelIndex) -> QSize:
         width = self._view.viewport().width()
@@ -92,11 +92,11 @@ class _StatusListDelegate(QStyledItemDelegate):
             painter.drawRect(sign)
         else:
             paint_indicator(painter, line.state, sign, color)
-        words, more = self._parts(line, box.width())
+        text, more = self._parts(line, box.width())
         strong, plain = self._fonts()
         painter.setFont(strong)
         painter.setPen(style.color("text"))
-        painter.drawText(words.translated(box.topLeft()), _WRAP, line.text)
+        painter.drawText(text.translated(box.topLeft()), _WRAP, line.text)
         painter.setFont(plain)
         painter.setPen(style.color("text" if line.state in ("warning", "caution") else "muted"))
         painter.drawText(more.translated(box.topLeft()), _WRAP, line.detail)

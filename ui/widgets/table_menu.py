@@ -70,8 +70,8 @@ def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tupl
     )
 
 
-def _action(owner: QWidget, words: str, act: Callable[[], object]) -> QAction:
-    action = QAction(words, owner)
+def _action(owner: QWidget, text: str, act: Callable[[], object]) -> QAction:
+    action = QAction(text, owner)
     action.triggered.connect(lambda _checked=False: act())
     return action
 
@@ -116,10 +116,10 @@ class TableMenu(QObject):
         self._view.insertAction(self._rule, command)
 
     def add_command(
-        self, words: str, act: Callable[[], object], follows: QWidget | None = None
+        self, text: str, act: Callable[[], object], follows: QWidget | None = None
     ) -> None:
         """Offer something further for the row, for as long as its button `follows` is enabled."""
-        action = _action(self._view, words, act)
+        action = _action(self._view, text, act)
         self._add(action)
         if follows is None:
             self._of_row.append(action)

@@ -112,10 +112,10 @@ class _ElidedLabel(UnitConvertingLabel):
 
 
 def _button(
-    row: QHBoxLayout, words: str, act: Callable[[], object], *, quiet: bool = False
+    row: QHBoxLayout, text: str, act: Callable[[], object], *, quiet: bool = False
 ) -> QPushButton:
-    button = QPushButton(words)
-    button.setAccessibleName(words)
+    button = QPushButton(text)
+    button.setAccessibleName(text)
     if quiet:
         button.setProperty("role", "quiet")
     # As high as the line.
@@ -271,8 +271,8 @@ class BannerStack(QWidget):
 
     def _show_next(self) -> None:
         if self._front is not None:
-            place = self.banners.index(self._front) + 1
-            self._front = self.banners[place % len(self.banners)]
+            index = self.banners.index(self._front) + 1
+            self._front = self.banners[index % len(self.banners)]
             self._refresh()
 
     def show_banner(self, level: MessageLevel, text: str, *choices: BannerAction) -> Banner:

@@ -51,13 +51,13 @@ class JobProgressPanel(QFrame):
         self.progress_bar.setRange(0, 0)
         self.show()
 
-    def set_progress(self, share: float | None, words: str) -> None:
+    def set_progress(self, share: float | None, text: str) -> None:
         if share is None:
             self.progress_bar.setRange(0, 0)
         else:
             self.progress_bar.setRange(0, 1000)
             self.progress_bar.setValue(round(1000 * share))
-        self.text_label.setText(f"{self.title}: {words}")
+        self.text_label.setText(f"{self.title}: {text}")
 
 
 class JobBanner:
@@ -76,21 +76,21 @@ class JobBanner:
         self._title = title
         self._banner = self._banners.show_banner("work", title, (tr("Stop"), self._stop))
 
-    def set_progress(self, share: float | None, words: str) -> None:
+    def set_progress(self, share: float | None, text: str) -> None:
         """Say how far it is, where the banner is there."""
         if self._banner is not None:
             self._banner.set_progress(share)
-            self._banner.set_text(f"{self._title}: {words}")
+            self._banner.set_text(f"{self._title}: {text}")
 
     def remove(self) -> None:
         if self._banner is not None:
             self._banners.remove(self._banner)
             self._banner = None
 
-    def show_result(self, words: str, offer: str, style: Callable[[], object]) -> None:
+    def show_result(self, text: str, offer: str, style: Callable[[], object]) -> None:
         """Tell what came of a work, and offer to look at it."""
         self.clear()
-        self._end = self._banners.show_banner("note", words, (offer, style))
+        self._end = self._banners.show_banner("note", text, (offer, style))
 
     def clear(self) -> None:
         """Tell nothing here of what the place itself shows now."""
@@ -145,10 +145,10 @@ class JobBannerController(QObject):
             if job.is_running:
                 shown.append(self._banners.show_banner("work", title, (tr("Cancel"), cancel)))
 
-        def show_progress(share: float | None, words: str) -> None:
+        def show_progress(share: float | None, text: str) -> None:
             for banner in shown:
                 banner.set_progress(share)
-                banner.set_text(f"{title} {words}")
+                banner.set_text(f"{title} {text}")
 
         def end(sentence: str) -> None:
             if job in self._unfinished:

@@ -122,10 +122,10 @@ class StatusItemWidget(QWidget):
         painter.setPen(self._style.color("muted" if self.item.state != "warning" else "text"))
         # A pixel more, as the widths are rounded.
         room = self._flat_word(line.width()) + 1.0 if self.is_flat else line.width()
-        words = self.item.title
+        text = self.item.title
         if self.item.hint and not self.is_flat:
-            words = f"{words}   {self.item.hint}"
-        word = QFontMetricsF(font).elidedText(words, Qt.TextElideMode.ElideRight, room)
+            text = f"{text}   {self.item.hint}"
+        word = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, room)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:

@@ -69,8 +69,8 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
     def _describe(self) -> None:
         words = self.state.text
         title = tr(self.step.title)
-        said = f"{title}: {words}" if words else title
-        self.setAccessibleName(f"{said}, {self._keys}")
+        text = f"{title}: {words}" if words else title
+        self.setAccessibleName(f"{text}, {self._keys}")
         self.setToolTip(f"{self.state.detail or tr(self.step.purpose)} ({self._keys})")
 
     def sizeHint(self) -> QSize:
@@ -127,10 +127,10 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         """Draw the words in one line, or in two; what does not fit is in the tool tip."""
         metrics = QFontMetricsF(painter.font())
         lines = 1 if self.is_low or box.height() < 2 * metrics.height() else 2
-        words = self.state.text
-        if lines == 1 or metrics.horizontalAdvance(words) <= box.width():
-            words = metrics.elidedText(words, Qt.TextElideMode.ElideRight, box.width())
-        painter.drawText(box, Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop, words)
+        text = self.state.text
+        if lines == 1 or metrics.horizontalAdvance(text) <= box.width():
+            text = metrics.elidedText(text, Qt.TextElideMode.ElideRight, box.width())
+        painter.drawText(box, Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop, text)
 
 
 class StepList(QWidget):
@@ -310,9 +310,9 @@ class JobPage(WindowPage):
             self._banner.show(self.strip.title)
         self.changed.emit()
 
-    def _show_progress(self, share: float | None, words: str) -> None:
-        self.strip.set_progress(share, words)
-        self._banner.set_progress(share, words)
+    def _show_progress(self, share: float | None, text: str) -> None:
+        self.strip.set_progress(share, text)
+        self._banner.set_progress(share, text)
 
     def _show_ended(self, title: str, how: str) -> None:
         self.strip.hide()

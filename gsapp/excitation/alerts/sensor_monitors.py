@@ -62,13 +62,13 @@ class ClippingMonitor:
         if not _flies(frame):
             return []
         found = []
-        for place, name in enumerate(_SENSORS):
+        for index, name in enumerate(_SENSORS):
             clipped = (
                 name in self._ranges
-                and _longest_run(is_at_range_limit(values[:, place], self._ranges[name]))
+                and _longest_run(is_at_range_limit(values[:, index], self._ranges[name]))
                 >= ALERTS.min_clipped_samples
             )
-            if (clipped or flat[place]) and name not in doubted:
+            if (clipped or flat[index]) and name not in doubted:
                 found.append(_clipping_condition(name))
         return found
 

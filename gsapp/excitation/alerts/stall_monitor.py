@@ -101,8 +101,8 @@ class StallMonitor:
             else AlertLevel.CAUTION
         )
         side = "above" if speed > least else "below"
-        said = f"{format_amount('V', abs(speed - least), system)} {side}"
-        return urgency, f"{said} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
+        text = f"{format_amount('V', abs(speed - least), system)} {side}"
+        return urgency, f"{text} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
 
 
 def _evaluate_alpha(

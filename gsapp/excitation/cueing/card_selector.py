@@ -45,9 +45,9 @@ def format_card(card: TestCard, system: str) -> str:
 def format_stick_input(stick: Mapping[str, str]) -> str:
     """Return how the sticks move: "half stick, then two thirds rudder, low rate"."""
     told = list(stick.values())
-    tails = {words.partition(", ")[2] for words in told}
+    tails = {text.partition(", ")[2] for text in told}
     if len(told) > 1 and len(tails) == 1 and (tail := tails.pop()):
-        told = [words.partition(", ")[0] for words in told]
+        told = [text.partition(", ")[0] for text in told]
         return f"{', then '.join(told)}, {tail}"
     return ", then ".join(told)
 

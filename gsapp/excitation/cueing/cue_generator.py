@@ -50,8 +50,8 @@ def list_limitations(
     if doubted:
         found.append(f"ignored: {', '.join(channel(name).title for name in doubted)}")
     if unseen:
-        words = join_names([SURFACE_NAMES[name] for name in unseen])
-        found.append(f"inputs of {words}: the surface is not measured")
+        text = join_names([SURFACE_NAMES[name] for name in unseen])
+        found.append(f"inputs of {text}: the surface is not measured")
     found += [] if trim is None else trim.limitations
     found += [NO_AIRCRAFT] if aircraft is None else []
     found += [NO_MODEL] if model is None else []
@@ -203,8 +203,8 @@ class CueGenerator:
         now = 0.0 if self._time is None else self._time + 0.5 * CUES.tick
         time = now if at is None else at
         # Those applied stay as they are: what was said cannot be unsaid.
-        place = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
-        self._choices.insert(place, (time, card_id))
+        index = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
+        self._choices.insert(index, (time, card_id))
         return time
 
     def use_cards(self, cards: CardSet | None) -> None:

@@ -281,7 +281,7 @@ class GustAnalyzer:
     ) -> float | None:
         driven = {name: inputs[name] - inputs[name][0] for name in moved}
         basis = _simulate_responses(linear, driven, 1.0 / self._rate)
-        pushed = next(place for place, name in enumerate(linear.states) if name in _PUSHED)
+        pushed = next(index for index, name in enumerate(linear.states) if name in _PUSHED)
         heard = {
             name: samples
             for name in names

@@ -181,8 +181,8 @@ class StickReleaseDetector:
         _, rows = self._history.segment(begin - 0.5, begin)
         return {
             surface: float(np.nanmedian(samples))
-            for place, surface in enumerate(SURFACES)
-            if np.isfinite(samples := rows[:, place]).any()
+            for index, surface in enumerate(SURFACES)
+            if np.isfinite(samples := rows[:, index]).any()
         }
 
     def _resting_moved(
@@ -200,10 +200,10 @@ class StickReleaseDetector:
         moved: list[float] = []
         # The last step of the input is no hand, however long its plateau was.
         ending = {one.surface for one in moving.inputs if one.t_end > start}
-        for place, surface in enumerate(SURFACES):
+        for index, surface in enumerate(SURFACES):
             if surface in ending:
                 continue
-            samples = smooth_samples(rows[:, place], dt)
+            samples = smooth_samples(rows[:, index], dt)
             rest = samples[before]
             noise = self._around.setting.noise.std_of(surface)
             if not np.isfinite(rest).all() or np.ptp(rest) > max(
@@ -295,14 +295,14 @@ class StickReleaseDetector:
         """Return an input of another shape than expected without the steering before it."""
         if one.surface not in moving.expected_surfaces or one.kind == moving.expected_kind:
             return one
-        place = SURFACES.index(one.surface)
+        index = SURFACES.index(one.surface)
         return remove_steering(
             one,
             moving.expected_kind,
             times,
-            rows[:, place],
+            rows[:, index],
             moves[one.surface],
-            self._around.move_detector.thresholds[place],
+            self._around.move_detector.thresholds[index],
             self._around.setting.noise.std_of(one.surface),
         )
 

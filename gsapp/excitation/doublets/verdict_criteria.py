@@ -146,8 +146,8 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
         count = passage.samples(surface, start, passage.t_end).size
         lost = 1.0 - count / max(total, 1)
         if INPUT_CRITERIA.missing_samples.is_invalid(lost):
-            words = f"{SURFACE_WORDS[surface]} signal missing for {100.0 * lost:.0f} percent"
-            found.append(InputFinding(result="unclear", words=words, surface=surface))
+            text = f"{SURFACE_WORDS[surface]} signal missing for {100.0 * lost:.0f} percent"
+            found.append(InputFinding(result="unclear", words=text, surface=surface))
         heard = [
             name
             for name in RESPONSE_CHANNELS[surface]
@@ -157,8 +157,8 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
             )
         ]
         if not heard:
-            words = f"no response measured for the {SURFACE_WORDS[surface]}"
-            found.append(InputFinding(result="unclear", words=words, surface=surface))
+            text = f"no response measured for the {SURFACE_WORDS[surface]}"
+            found.append(InputFinding(result="unclear", words=text, surface=surface))
     return found
 
 
@@ -214,18 +214,18 @@ def _check_cross_input(case: InputCase) -> list[InputFinding]:
     shares = cross_input_ratios(measured.cross_deflections, case.setting, measured.inputs)
     for surface, share in shares.items():
         if INPUT_CRITERIA.cross_input.is_invalid(share):
-            words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
-            found.append(InputFinding(result="spoiled", words=words, surface=surface))
+            text = f"spoiled: {SURFACE_WORDS[surface]} moved too"
+            found.append(InputFinding(result="spoiled", words=text, surface=surface))
     for surface, share in measured.residual_deflection.items():
         if INPUT_CRITERIA.residual_deflection.is_invalid(share):
-            words = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
-            found.append(InputFinding(result="spoiled", words=words, surface=surface))
+            text = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
+            found.append(InputFinding(result="spoiled", words=text, surface=surface))
     wanted = case.target_input
     if wanted is not None and INPUT_CRITERIA.hands_off_lack.is_invalid(
         1.0 - measured.hands_off_time / wanted.hands_off
     ):
-        words = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
-        found.append(InputFinding(result="spoiled", words=words))
+        text = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
+        found.append(InputFinding(result="spoiled", words=text))
     return found
 
 
@@ -233,8 +233,8 @@ def _check_shape(case: InputCase) -> list[InputFinding]:
     wanted = case.target_input
     if wanted is None or case.kind == wanted.kind:
         return []
-    words = f"that was a {case.kind}, not a {wanted.kind}"
-    return [InputFinding(result="unclear", words=words)]
+    text = f"that was a {case.kind}, not a {wanted.kind}"
+    return [InputFinding(result="unclear", words=text)]
 
 
 def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
@@ -245,9 +245,9 @@ def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
             continue
         factor = max(band.best / max(one.amplitude, 1e-9), DOUBLETS.min_change)
         change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
-        words = f"{case.describe_input(one)} too small: {change}"
+        text = f"{case.describe_input(one)} too small: {change}"
         found.append(
-            InputFinding(result="too-small", words=words, surface=one.surface, factor=factor)
+            InputFinding(result="too-small", words=text, surface=one.surface, factor=factor)
         )
     return found
 
@@ -274,8 +274,8 @@ def _check_gusts(case: InputCase) -> list[InputFinding]:
         spoiled = min(gusts, most) > INPUT_CRITERIA.gust_fraction
     else:
         spoiled = INPUT_CRITERIA.pre_input_motion.is_invalid(case.pre_input_motion_ratio)
-    words = "invalid, gusts: wait for calmer air"
-    return [InputFinding(result="spoiled", words=words)] if spoiled else []
+    text = "invalid, gusts: wait for calmer air"
+    return [InputFinding(result="spoiled", words=text)] if spoiled else []
 
 
 def _check_step_width(case: InputCase) -> list[InputFinding]:
@@ -290,8 +290,8 @@ def _check_step_width(case: InputCase) -> list[InputFinding]:
         if band.low <= width <= band.high:
             continue
         result: VerdictResult = "too-fast" if width < band.low else "too-slow"
-        said = f"{case.describe_input(one)} {result.replace('-', ' ')}"
-        words = f"{said}: {format_width_change(width, band.best)}"
+        text = f"{case.describe_input(one)} {result.replace('-', ' ')}"
+        words = f"{text}: {format_width_change(width, band.best)}"
         found.append(
             InputFinding(
                 result=result, words=words, surface=one.surface, factor=band.best / max(width, 1e-3)
@@ -333,17 +333,17 @@ def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
     band = case.amplitude_band(main.surface)
     factor = DOUBLETS.reduction if band is None else band.best / max(main.amplitude, 1e-9)
     factor = min(factor, 1.0 / DOUBLETS.min_change)
-    words = f"{case.describe_input(main)} too large: {why}, {format_amplitude_change(factor)}"
+    text = f"{case.describe_input(main)} too large: {why}, {format_amplitude_change(factor)}"
     return InputFinding(
-        result="too-large", words=words, surface=main.surface, factor=factor, channel=name
+        result="too-large", words=text, surface=main.surface, factor=factor, channel=name
     )
 
 
 def _larger_than(case: InputCase, one: SurfaceInput, band: ToleranceBand) -> InputFinding:
     factor = min(band.best / one.amplitude, 1.0 / DOUBLETS.min_change)
     change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
-    words = f"{case.describe_input(one)} too large: {change}"
-    return InputFinding(result="too-large", words=words, surface=one.surface, factor=factor)
+    text = f"{case.describe_input(one)} too large: {change}"
+    return InputFinding(result="too-large", words=text, surface=one.surface, factor=factor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -68,16 +68,16 @@ def describe_forecast(
     shape = _INPUTS.get(card.kind, card.kind) + ("s" if repeats > 1 else "")
     unit = _SPEED_TEXTS[system]
     speed = from_si(card.speed, unit, "speed")
-    said = f"{count} more {surfaces} {shape} at {speed:.0f} {unit}"
+    text = f"{count} more {surfaces} {shape} at {speed:.0f} {unit}"
     best = _largest_reduction(gains, model, wanted)
     if best is None:
-        return said
+        return text
     value = abs(model.derivative(best.name))
     after = _percent(best.bound_after / value)
     if best.bound_before is None or best.bound_before > INFORMATION.max_relative_bound * value:
-        return f"{said}: {best.name} to {after}"
+        return f"{text}: {best.name} to {after}"
     before = _percent(best.bound_before / value)
-    return f"{said}: {best.name} from {before} to {after}"
+    return f"{text}: {best.name} from {before} to {after}"
 
 
 def log_bound_reduction(gain: BoundReduction, model: Model) -> float:
@@ -311,10 +311,10 @@ def _bounds_after(
     names = tuple(name for name in total.names if name in seen or name in now)
     whole = [total.names.index(name) for name in names]
     matrices = np.zeros((2, len(informations), len(names), len(names)))
-    for number, one in enumerate(informations):
+    for index, one in enumerate(informations):
         places = np.ix_(*[[names.index(name) for name in one.names]] * 2)
-        matrices[0, number][places] = one.matrix
-        matrices[1, number][places] = one.gradient_covariance
+        matrices[0, index][places] = one.matrix
+        matrices[1, index][places] = one.gradient_covariance
     random = np.random.default_rng(0)
     chosen = random.integers(len(informations), size=(INFORMATION.draw_count, repeats))
     mean, spread = luck

@@ -107,9 +107,9 @@ def simulate_surfaces(
             card,
             name,
             execution,
-            INFORMATION.pre_input_trim_time + place * execution.stagger * card.duration,
+            INFORMATION.pre_input_trim_time + index * execution.stagger * card.duration,
         )
-        for place, name in enumerate(card.surfaces)
+        for index, name in enumerate(card.surfaces)
     }
     until = max(times[-1] for times, _ in edges.values()) + execution.hands_off
     grid = np.asarray(dt * np.arange(round(until / dt) + 1), dtype=np.float64)

@@ -64,8 +64,8 @@ class RemainingTimeEstimator:
         counts = there.sum(axis=1)
         means = np.where(there, frames, 0.0).sum(axis=1) / np.maximum(counts, 1)
         means[counts == 0] = np.nan
-        for number, mean in enumerate(means):
-            self._judge((start + number * self._frame) / self._rate, mean)
+        for index, mean in enumerate(means):
+            self._judge((start + index * self._frame) / self._rate, mean)
         self._rest = pending[whole:]
 
     def add_maneuver(self, t_input: float) -> None:

@@ -71,13 +71,13 @@ def amplitudes_from_model(
         for surface, answer in answers.items()
     }
     # Together they reach a limit sooner: all shrink alike.
-    share, words = _combined_input_factor(
+    share, text = _combined_input_factor(
         limits, answers, {k: v[0] for k, v in alone.items()}, stagger
     )
     bands = {}
     for surface, (most, why) in alone.items():
         low, why_low = _min_amplitude(aircraft, surface, answers[surface], noise)
-        band = _band(low, share * most, why_low, words or why)
+        band = _band(low, share * most, why_low, text or why)
         bands[surface] = _as_measured(band, getattr(aircraft.controls, surface))
     return bands
 
@@ -172,11 +172,11 @@ def _combined_input_factor(
     """Return by what all amplitudes must shrink when the surfaces move together, and why."""
     if len(answers) < 2:
         return 1.0, ""
-    share, words = 1.0, ""
+    share, text = 1.0, ""
     for limit in limits:
         lines = [
-            _delayed(answer, limit.signal, amplitudes[surface], number * stagger)
-            for number, (surface, answer) in enumerate(answers.items())
+            _delayed(answer, limit.signal, amplitudes[surface], index * stagger)
+            for index, (surface, answer) in enumerate(answers.items())
         ]
         size = max(line.size for line in lines)
         lines = [np.pad(line, (0, size - line.size), mode="edge") for line in lines]
@@ -187,8 +187,8 @@ def _combined_input_factor(
             )
             peak = float(np.max(np.abs(total)))
             if peak > 0.0 and limit.margin / peak < share:
-                share, words = limit.margin / peak, f"{limit.words} when they move together"
-    return share, words
+                share, text = limit.margin / peak, f"{limit.words} when they move together"
+    return share, text
 
 
 def _delayed(answer: InputResponse, signal: str, amplitude: float, delay: float) -> FloatArray:
@@ -239,10 +239,10 @@ def _min_amplitude(
         (rate, INPUT_CRITERIA.faint_response),
     ):
         if swings[name] > 0.0:
-            words = (
+            text = (
                 f"smaller, {_channel_text(name)} does not stand out of its noise {wanted:.0f} times"
             )
-            found.append((wanted / swings[name], words))
+            found.append((wanted / swings[name], text))
     return max(found, key=lambda one: one[0])
 
 

@@ -32,22 +32,22 @@ def guidance_text(
     steep = _deviation(alpha, point.alpha)
     if fast is not None and abs(fast) > INPUTS.deadband * point.speed_tolerance:
         share = abs(fast) / point.speed_tolerance
-        words = TrimDeviation(
+        text = TrimDeviation(
             quantity="speed", amount=fast, tolerance_ratio=share, channel="V"
         ).format_text(system)
         far = share > INPUTS.far_tolerances
-        return f"{words}: {_throttle_advice(fast < 0.0, far, point.throttle)}"
+        return f"{text}: {_throttle_advice(fast < 0.0, far, point.throttle)}"
     if steep is not None:
         share = abs(steep) / point.alpha_tolerance
-        words = TrimDeviation(
+        text = TrimDeviation(
             quantity="alpha", amount=steep, tolerance_ratio=share, channel="alpha"
         ).format_text(system)
         if fast is not None and share > 1.0:
             # The speed is right, so the load is not 1 g: in a turn that is as it should be.
-            return words
+            return text
         if fast is None and share > INPUTS.deadband:
             far = share > INPUTS.far_tolerances
-            return f"{words}: {_throttle_advice(steep > 0.0, far, point.throttle)}"
+            return f"{text}: {_throttle_advice(steep > 0.0, far, point.throttle)}"
     return ""
 
 
@@ -81,7 +81,7 @@ class TestPointCapture:
 
     def set_points(self, points: Sequence[TestPoint]) -> None:
         """Watch other points; one that was captured and is still among them stays so."""
-        known = {point: place for place, point in enumerate(points)}
+        known = {point: index for index, point in enumerate(points)}
         self._captured = known.get(self.captured) if self.captured is not None else None
         self._points = tuple(points)
 

@@ -111,8 +111,8 @@ def simulate_input_response(
     one = {
         **{name: outputs[:, k] for k, name in enumerate(linear.outputs)},
         **{
-            words: states[:, linear.states.index(name)]
-            for name, words in _STATES.items()
+            text: states[:, linear.states.index(name)]
+            for name, text in _STATES.items()
             if name in linear.states
         },
     }

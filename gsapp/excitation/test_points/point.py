@@ -258,11 +258,11 @@ def _level_flight_row(level: Trim) -> _Row:
 
 def _longest_true_run(flags: Sequence[bool]) -> slice:
     best, start = slice(0, 0), 0
-    for place, flag in enumerate([*flags, False]):
+    for index, flag in enumerate([*flags, False]):
         if not flag:
-            if place - start > best.stop - best.start:
-                best = slice(start, place)
-            start = place + 1
+            if index - start > best.stop - best.start:
+                best = slice(start, index)
+            start = index + 1
     return best
 
 

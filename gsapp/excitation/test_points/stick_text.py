@@ -107,7 +107,7 @@ def _share(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> fl
 
 def format_share(share: float) -> str:
     """Return the nearest share that pilots have a word for: "two thirds"."""
-    return min(STICK_SHARES, key=lambda words: abs(STICK_SHARES[words] - share))
+    return min(STICK_SHARES, key=lambda text: abs(STICK_SHARES[text] - share))
 
 
 def format_amplitude_change(factor: float) -> str:
@@ -119,7 +119,7 @@ def format_amplitude_change(factor: float) -> str:
         return "much more"
     if factor < INPUTS.min_change:
         return "much less"
-    return min(_FACTORS, key=lambda words: abs(math.log(_FACTORS[words] / factor)))
+    return min(_FACTORS, key=lambda text: abs(math.log(_FACTORS[text] / factor)))
 
 
 def format_width_change(width: float, wanted: float) -> str:

@@ -198,25 +198,25 @@ def _amplitudes(
 
 def _card_width(card: TestCard) -> ToleranceBand:
     share = card.tolerance.width
-    words = f"the card asks for {card.width:.2g} s within {100.0 * share:.0f} %"
+    text = f"the card asks for {card.width:.2g} s within {100.0 * share:.0f} %"
     return ToleranceBand(
         low=(1.0 - share) * card.width,
         best=card.width,
         high=(1.0 + share) * card.width,
-        why_low=words,
-        why_high=words,
+        why_low=text,
+        why_high=text,
     )
 
 
 def _card_amplitude(asked: float, share: float, limit: ToleranceBand | None) -> ToleranceBand:
     """Return the card's amplitude within what the model and the sensors allow."""
-    words = f"the card asks for it within {100.0 * share:.0f} %"
+    text = f"the card asks for it within {100.0 * share:.0f} %"
     band = ToleranceBand(
         low=max(1.0 - share, 0.0) * asked,
         best=asked,
         high=(1.0 + share) * asked,
-        why_low=words,
-        why_high=words,
+        why_low=text,
+        why_high=text,
     )
     if limit is None:
         return band

@@ -409,7 +409,7 @@ class MotionEstimator:
 
 
 def _bank_sources(*values: float) -> tuple[str, ...]:
-    return tuple(words for words, value in zip(_BANK_SIGNS, values, strict=True) if value == value)
+    return tuple(text for text, value in zip(_BANK_SIGNS, values, strict=True) if value == value)
 
 
 def _mean(values: Iterable[float]) -> float:

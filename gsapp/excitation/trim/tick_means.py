@@ -69,13 +69,13 @@ class TickMeans:
         """Return what is seen; of a rate the first sensor to be trusted that has a sample."""
         values = rows.columns(TICK_CHANNELS)
         for name, spares in _SPARES.items():
-            place = TICK_INDEX[name]
+            index = TICK_INDEX[name]
             if name in self.invalid_channels:
-                values[:, place] = np.nan
+                values[:, index] = np.nan
             for spare in spares:
-                gone = np.isnan(values[:, place])
+                gone = np.isnan(values[:, index])
                 if spare not in self.invalid_channels and gone.any():
-                    values[gone, place] = rows[spare][gone]
+                    values[gone, index] = rows[spare][gone]
         return values
 
     def _still(self, values: FloatArray, count: int) -> BoolArray:

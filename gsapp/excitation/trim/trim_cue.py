@@ -118,16 +118,16 @@ class TrimDeviation:
 
     def format_text(self, system: str = "US") -> str:
         """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping"."""
-        words = _WORDS[self.quantity][0 if self.amount > 0.0 else 1]
+        text = _WORDS[self.quantity][0 if self.amount > 0.0 else 1]
         if self.channel not in _NUMBERED.get(self.quantity, ()):
-            return words
+            return text
         spec = channel(self.channel)
         unit = spec.display_unit(system)
         size = abs(from_si(self.amount, unit, spec.quantity))
         # Nobody flies to a tenth: one is told only where a whole unit is much.
         digits = 0 if size >= 2.0 else min(spec.decimals(unit), 1)
         number = f"{size:.{digits}f} {unit}"
-        return f"{number} {words}" if self.quantity in _NUMBER_FIRST else f"{words} {number}"
+        return f"{number} {text}" if self.quantity in _NUMBER_FIRST else f"{text} {number}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -45,8 +45,8 @@ def store_debrief(
             """INSERT INTO scores (flight, card, place, heading, good, flown, wanted)
             VALUES (?, ?, ?, ?, ?, ?, ?)""",
             [
-                (number, one.card, place, one.title, one.good, one.flown, one.requested)
-                for place, one in enumerate(scores)
+                (number, one.card, index, one.title, one.good, one.flown, one.requested)
+                for index, one in enumerate(scores)
             ],
         )
 

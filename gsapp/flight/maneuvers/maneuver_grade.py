@@ -83,11 +83,11 @@ def _defects(severity: DefectSeverity | None, text: str) -> list[Defect]:
 
 def _trim(passage: ManeuverSamples, inputs: Sequence[SurfaceInput]) -> list[Defect]:
     found = []
-    for name, words in (("p", "rolling"), ("q", "pitching"), ("r", "yawing")):
+    for name, text in (("p", "rolling"), ("q", "pitching"), ("r", "yawing")):
         rate = passage.mean_at_trim(name)
         found += _defects(
             INPUT_CRITERIA.trim_rate.severity(abs(rate)),
-            f"not trimmed at the start: {words} at {rate / DEGREE:.0f} deg/s",
+            f"not trimmed at the start: {text} at {rate / DEGREE:.0f} deg/s",
         )
     load = passage.mean_at_trim("an") / GRAVITY
     if abs(load - 1.0) > INPUT_CRITERIA.trim_load_factor:
@@ -115,12 +115,12 @@ def _amplitude(
         samples = flow[name][during]
         if not is_out_of_range(samples, (low, high), dt):
             continue
-        unit, words = (GRAVITY, "g") if name == "an" else (DEGREE, "deg")
+        unit, text = (GRAVITY, "g") if name == "an" else (DEGREE, "deg")
         least, most = np.nanmin(samples), np.nanmax(samples)
         worst = float(least if low - least > most - high else most)
         found += _defects(
             "small",
-            f"too large: {name} reached {worst / unit:.1f} {words}, beyond the linear range of "
+            f"too large: {name} reached {worst / unit:.1f} {text}, beyond the linear range of "
             f"{low / unit:.0f} to {high / unit:.0f}",
         )
     return found

@@ -57,19 +57,19 @@ class ManeuverEdit:
         }
 
     @staticmethod
-    def from_json(words: str, data: Any) -> ManeuverEdit:
+    def from_json(text: str, data: Any) -> ManeuverEdit:
         """Return the change that an event tells of."""
         removed, added = data.get("removed"), data.get("added")
         if not isinstance(removed, list) or not isinstance(added, list):
-            raise FlightError(f"the event '{words}' contains no maneuver edit; remove it")
+            raise FlightError(f"the event '{text}' contains no maneuver edit; remove it")
         try:
             stretches = tuple((float(low), float(high)) for low, high in data.get("stretches", ()))
         except (TypeError, ValueError) as error:
             raise FlightError(
-                f"the event '{words}' does not locate its maneuvers; remove it"
+                f"the event '{text}' does not locate its maneuvers; remove it"
             ) from error
         return ManeuverEdit(
-            text=words,
+            text=text,
             removed=tuple(str(name) for name in removed),
             added=tuple(DetectedManeuver.from_record(record) for record in added),
             segments=stretches if len(stretches) == len(removed) else (),
@@ -141,8 +141,8 @@ class EditableManeuverList:
         start = old.t_start if t_start is None else t_start
         stop = old.t_end if t_end is None else t_end
         new = _with_crew_entries(assess(name, *_check_order(start, stop)), old)
-        words = f"move {name} to {new.t_start:.2f} to {new.t_end:.2f} s"
-        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(new,)))
+        text = f"move {name} to {new.t_start:.2f} to {new.t_end:.2f} s"
+        return self.apply(ManeuverEdit(text=text, removed=(name,), added=(new,)))
 
     def add(
         self, assess: AssessFunction, t_start: float, t_end: float, name: str = ""
@@ -163,10 +163,10 @@ class EditableManeuverList:
         parts = sorted((self[name] for name in dict.fromkeys(names)), key=lambda one: one.t_start)
         new = assess(parts[0].id, parts[0].t_start, max(part.t_end for part in parts))
         notes = "; ".join(part.note for part in parts if part.note)
-        words = f"merge {', '.join(part.id for part in parts)}"
+        text = f"merge {', '.join(part.id for part in parts)}"
         removed = tuple(part.id for part in parts)
         return self.apply(
-            ManeuverEdit(text=words, removed=removed, added=(replace(new, note=notes),))
+            ManeuverEdit(text=text, removed=removed, added=(replace(new, note=notes),))
         )
 
     def rename(self, name: str, new: str) -> EditableManeuverList:
@@ -188,14 +188,14 @@ class EditableManeuverList:
         if grade is None:
             mine = replace(old, graded_by=GRADED_BY_PROGRAM)
             new = self.reassess(mine, assess)
-            words = f"grade {name} automatically"
+            text = f"grade {name} automatically"
         elif grade in GRADES:
             reasons = (reason.strip(),) if reason.strip() else ()
             new = replace(old, grade=grade, reasons=reasons, graded_by=GRADED_BY_CREW)
-            words = f"grade {name} {grade}"
+            text = f"grade {name} {grade}"
         else:
             raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
-        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(new,)))
+        return self.apply(ManeuverEdit(text=text, removed=(name,), added=(new,)))
 
     def set_use(self, name: str, use: bool) -> EditableManeuverList:
         """Let a maneuver take part in estimates, or not, whatever its grade.
@@ -206,8 +206,8 @@ class EditableManeuverList:
         alone = len(self.maneuvers) == 1
         by_grade = replace(old, use=None).is_used(alone=alone)
         decided = replace(old, use=None if use == by_grade else use)
-        words = f"use {name} in estimates" if use else f"exclude {name} from estimates"
-        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(decided,)))
+        text = f"use {name} in estimates" if use else f"exclude {name} from estimates"
+        return self.apply(ManeuverEdit(text=text, removed=(name,), added=(decided,)))
 
     def reassess(self, maneuver: DetectedManeuver, assess: AssessFunction) -> DetectedManeuver:
         """Return a maneuver as the samples show it now, with what people wrote of it.

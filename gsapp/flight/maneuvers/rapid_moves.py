@@ -57,17 +57,17 @@ class RapidMoveDetector:
     def learn_pilot_activity(self, frames: Iterable[FloatArray]) -> None:
         """Take the furthest moves of frames of half a second, shape (3,), for steering."""
         for peaks in frames:
-            for place, seen in enumerate(self._steering):
-                seen.append(float(peaks[place]))
+            for index, seen in enumerate(self._steering):
+                seen.append(float(peaks[index]))
 
     def update_thresholds(self, setting: GradingContext) -> None:
         """Draw the thresholds anew from the noise floor and from the steering seen so far."""
-        for place, name in enumerate(SURFACES):
-            seen = sorted(self._steering[place])
+        for index, name in enumerate(SURFACES):
+            seen = sorted(self._steering[index])
             steering = 0.0
             if len(seen) >= DETECTION.min_steering_frames:
                 steering = seen[int(DETECTION.steering_quantile * len(seen))]
-            self.thresholds[place] = max(
+            self.thresholds[index] = max(
                 setting.least_move(name),
                 setting.noise.least_move(name, DETECTION.rapid_move_over_noise),
                 DETECTION.rapid_move_over_steering * steering,
@@ -96,8 +96,8 @@ def find_strong_moves(
         least = DETECTION.step_share * float(moves[strongest])
         strong = np.flatnonzero(moves > least)
         if strong.size:
-            at = int(np.searchsorted(strong, strongest))
-            found[surface] = _cluster(times[strong], min(at, strong.size - 1))
+            index = int(np.searchsorted(strong, strongest))
+            found[surface] = _cluster(times[strong], min(index, strong.size - 1))
     return found
 
 

@@ -48,26 +48,26 @@ class LogClock:
             and not self.drifts
         ):
             within = f"{1e3 * self.offset_uncertainty:.1f} ms"
-            said = f"its clock agrees with the live record's within {within}"
+            text = f"its clock agrees with the live record's within {within}"
         else:
-            said = (
+            text = (
                 f"its clock differs by {self.offset:.3f} s (standard deviation "
                 f"{1e3 * self.offset_std:.1f} ms)"
             )
         if self.drifts and self.drift_std is not None:
             way = "gains" if self.drift > 0.0 else "loses"
-            said += (
+            text += (
                 f" and {way} {abs(self.drift) * _PER_MILLION:.1f} ppm (standard deviation "
                 f"{self.drift_std * _PER_MILLION:.1f}), which is corrected"
             )
         elif self.drift_std is not None:
             most = abs(self.drift) + 2.0 * self.drift_std
-            said += f"; no drift beyond {most * _PER_MILLION:.1f} ppm is seen"
+            text += f"; no drift beyond {most * _PER_MILLION:.1f} ppm is seen"
         else:
-            said += "; too little motion to see a drift"
+            text += "; too little motion to see a drift"
         stretches = "stretch" if self.windows == 1 else "stretches"
         return (
-            f"{said}, found by comparing channels (correlation {self.correlation:.3f}, "
+            f"{text}, found by comparing channels (correlation {self.correlation:.3f}, "
             f"{self.agreeing} of {self.windows} {stretches} of motion agree)"
         )
 
@@ -96,11 +96,11 @@ class OnboardLogState:
         """Return it in a sentence."""
         if not self.in_place:
             return f"the on-board log {self.file} is not used: {self.why}"
-        said = (
+        text = (
             f"the on-board log {self.file} replaces the live record where it has samples "
             f"({self.channels} channels)"
         )
-        return said if self.clock is None else f"{said}; {self.clock.describe()}"
+        return text if self.clock is None else f"{text}; {self.clock.describe()}"
 
     def to_json(self) -> dict[str, Any]:
         """Return it for programs: seconds; drifts as pure numbers, 40e-6 is 40 ppm."""

@@ -238,10 +238,10 @@ def _is_whole_record(data: bytes, place: int, lengths: list[int]) -> bool:
 
 
 def _next_whole_record(data: bytes, start: int, lengths: list[int]) -> int:
-    place = data.find(_HEADER, start)
-    while place >= 0 and not _is_whole_record(data, place, lengths):
-        place = data.find(_HEADER, place + 1)
-    return place if place >= 0 else len(data)
+    index = data.find(_HEADER, start)
+    while index >= 0 and not _is_whole_record(data, index, lengths):
+        index = data.find(_HEADER, index + 1)
+    return index if index >= 0 else len(data)
 
 
 def _is_cut_short(data: bytes, place: int, lengths: list[int]) -> bool:
@@ -323,8 +323,8 @@ class _Scales:
     def instance_column(self, form: _Format) -> str | None:
         """Return the column that numbers the sensor."""
         ids, _ = self.columns.get(form.type, ("", ""))
-        place = ids.find("#")
-        return form.columns[place] if 0 <= place < len(form.columns) else None
+        index = ids.find("#")
+        return form.columns[index] if 0 <= index < len(form.columns) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

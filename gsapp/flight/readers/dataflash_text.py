@@ -89,14 +89,14 @@ def scan_text(data: bytes) -> tuple[dict[str, TextRecords], int]:
     """Gather the lines of each message by its name; also return how many belong to none."""
     messages: dict[str, TextRecords] = {}
     lost = 0
-    for place, line in enumerate(data.decode("utf-8", "replace").splitlines()):
+    for index, line in enumerate(data.decode("utf-8", "replace").splitlines()):
         name, _, rest = line.partition(",")
         name = name.strip()
         if name == "FMT":
             lost += not _define(messages, rest)
         elif name in messages:
             messages[name].lines.append(rest)
-            messages[name].places.append(place)
+            messages[name].places.append(index)
         elif messages:
             lost += bool(name)
     return messages, lost

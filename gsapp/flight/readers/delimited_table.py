@@ -169,8 +169,8 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
     lines = _lines(data)
     header = next(
         (
-            place
-            for place, line in enumerate(lines)
+            index
+            for index, line in enumerate(lines)
             if line.strip()
             and line[0] not in _COMMENT
             and not _SEPARATOR_LINE.fullmatch(line.strip())

@@ -80,8 +80,8 @@ def map_log(
     raw = _raw_entries(log, channel_map.raw, remarks)
     found = [
         each
-        for place, entry in enumerate((*channel_map.entries, *raw))
-        if (each := _match_entry(log, entry, place, remarks)) is not None
+        for index, entry in enumerate((*channel_map.entries, *raw))
+        if (each := _match_entry(log, entry, index, remarks)) is not None
     ]
     if not found:
         holds = f". It holds: {format_names(log.messages, 20)}" if log.messages else ""

@@ -96,8 +96,8 @@ def _collect(prefix: str, content: Mapping[str, Any], columns: dict[str, FloatAr
         if isinstance(value, Mapping):
             _collect(f"{prefix}{name}.", value, columns)
         elif isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
-            for place, one in enumerate(value):
-                _collect(f"{prefix}{name}[{place}].", one, columns)
+            for index, one in enumerate(value):
+                _collect(f"{prefix}{name}[{index}].", one, columns)
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             columns[prefix + name] = np.array([value], dtype=np.float64)
         elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and 1 <= value.ndim <= 2:
@@ -320,7 +320,7 @@ def _strip(columns: Mapping[str, FloatArray], part: str) -> dict[str, FloatArray
 def _numbers(table: DelimitedTable, names: Sequence[str]) -> dict[str, FloatArray]:
     unique = list(dict.fromkeys(names))
     values, _ = table.numbers([table.names.index(name) for name in unique])
-    return {name: values[:, place] for place, name in enumerate(unique)}
+    return {name: values[:, index] for index, name in enumerate(unique)}
 
 
 def _requested_columns(channel_map: ChannelMap) -> dict[str, list[str]]:

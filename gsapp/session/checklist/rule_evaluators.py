@@ -274,9 +274,9 @@ class SensorActivityEvaluator:
         if missing is not None:
             return missing
         wrong = [
-            words
+            text
             for name in rule.channels
-            if (words := self._wrong(name, facts.states.get(name))) is not None
+            if (text := self._wrong(name, facts.states.get(name))) is not None
         ]
         if wrong:
             return RuleResult(state="red", why=format_list(wrong))

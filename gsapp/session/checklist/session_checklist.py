@@ -111,14 +111,14 @@ class Checklist:
 
     def _state(self, item: ChecklistItem, facts: ChecklistContext) -> EvaluatedItem:
         tick = self.ticks.get(item.id)
-        said = f"ticked by {tick}" if tick else "ticked"
+        text = f"ticked by {tick}" if tick else "ticked"
         if item.rule is None:
             return EvaluatedItem(
                 id=item.id,
                 text=item.words,
                 checked_by="hand",
                 state="open" if tick is None else "green",
-                why="tick when done" if tick is None else said,
+                why="tick when done" if tick is None else text,
                 can_tick=True,
             )
         judgment = self._judges[item.id].evaluate(facts)
@@ -129,7 +129,7 @@ class Checklist:
             text=item.words,
             checked_by="hand" if by_hand else "telemetry",
             state="green" if by_hand else judgment.state,
-            why=f"{said}; {why}" if by_hand else why,
+            why=f"{text}; {why}" if by_hand else why,
             can_tick=judgment.allows_manual_tick,
         )
 
@@ -362,10 +362,10 @@ class PendingChecklist:
         self._append(Event(kind=RESTART_EVENT, text="checklist reset"))
 
     def _write(self, kind: str, item_id: str, who: str) -> None:
-        words = next(
+        text = next(
             (item.words for item in self.checklist.file.items if item.id == item_id), item_id
         )
-        self._append(Event(kind=kind, text=words, data={"item": item_id, "who": who}))
+        self._append(Event(kind=kind, text=text, data={"item": item_id, "who": who}))
 
     def _append(self, event: Event) -> None:
         with contextlib.suppress(OSError):

@@ -49,8 +49,8 @@ class Review:
         paths = [path.resolve() for path in self.paths]
         path = flight.path.resolve()
         if path in paths:
-            place = paths.index(path)
-            self.flights = (*self.flights[:place], flight, *self.flights[place + 1 :])
+            index = paths.index(path)
+            self.flights = (*self.flights[:index], flight, *self.flights[index + 1 :])
         else:
             self.flights = (*self.flights, flight)
 

@@ -295,17 +295,17 @@ class ReviewedFlight:
 
     def undo(self) -> str:
         """Undo the latest change; return it in words, empty for none."""
-        words = self.undo_text
-        if words:
+        text = self.undo_text
+        if text:
             self._record(self._log.maneuver_list.undo())
-        return words
+        return text
 
     def redo(self) -> str:
         """Make the change again that was taken back last; return it in words, empty for none."""
-        words = self.redo_text
-        if words:
+        text = self.redo_text
+        if text:
             self._record(self._log.maneuver_list.redo())
-        return words
+        return text
 
     def poll(self) -> bool:
         """Take in what other windows changed; return whether the maneuvers may be others now."""

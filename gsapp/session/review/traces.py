@@ -23,9 +23,9 @@ class Traces:
         self.times = flight.block.times
         rows = extract_signals(flight.block)
         self._series: Mapping[str, FloatArray] = {
-            name: np.ascontiguousarray(rows[:, place])
-            for place, name in enumerate(SIGNALS)
-            if np.isfinite(rows[:, place]).any()
+            name: np.ascontiguousarray(rows[:, index])
+            for index, name in enumerate(SIGNALS)
+            if np.isfinite(rows[:, index]).any()
         }
 
     @property

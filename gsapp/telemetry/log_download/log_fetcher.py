@@ -410,8 +410,8 @@ class LogFetcher:
         self._say(time.monotonic())
 
     def _failure(self, why: str) -> str:
-        words = self._line.link_state_text()
-        return f"{why} ({words})" if words else why
+        text = self._line.link_state_text()
+        return f"{why} ({text})" if text else why
 
     def _say(self, now: float) -> None:
         if now >= self._next_tell:

@@ -251,10 +251,10 @@ def telemetry_layout(
         if known.get(pack, True)
     ]
     slots = []
-    for number, (pack, rate) in enumerate((pack, rate) for pack, rate in rates if rate):
+    for index, (pack, rate) in enumerate((pack, rate) for pack, rate in rates if rate):
         every = round(TICK_RATE / rate)
         # Spread over the ticks, so that a slow radio never has to swallow all at once.
-        slots.append(MessageSlot(pack=pack, every=every, offset=(3 * number) % every))
+        slots.append(MessageSlot(pack=pack, every=every, offset=(3 * index) % every))
     return tuple(slots)
 
 

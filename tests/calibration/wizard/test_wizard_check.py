@@ -161,11 +161,11 @@ def test_a_pause_beside_the_setting_is_no_point_of_a_check(tmp_path: Path) -> No
     crew = field.begin(mode="check")
     view = crew.until(lambda now: now.phase == "points")
     assert view.target == -10.0
-    for beside, words in ((-14.0, "at about 14 deg"), (-6.0, "at about 6 deg")):
+    for beside, text in ((-14.0, "at about 14 deg"), (-6.0, "at about 6 deg")):
         crew.see(field.bench.move("elevator_left", beside))
         crew.wait(4.0)
         assert crew.wizard.view.points == ()
-        assert words in crew.wizard.view.prompt
+        assert text in crew.wizard.view.prompt
     crew.see(field.bench.move("elevator_left", -10.0))
     assert crew.wait(4.0, lambda now: len(now.points) == 1)
     crew.press("repeat", index=0)
