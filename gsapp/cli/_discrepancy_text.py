@@ -128,6 +128,8 @@ def _add(console: PlainConsole, found: DiscrepancyResult) -> None:
     console.print_sentence("\n3. Add: the model with the effect", "bold")
     for effect in found.effects:
         console.print_sentence(f"{effect.effect}: {effect.equation}")
+    for structure in found.structures:
+        console.print_sentence(f"found, not understood: {structure.equation}")
     rows = parameter_rows(found.effects, DISPLAY_UNITS.get())
     if rows:
         console.print(_filled(console, ("effect", "parameter", "value", "unit"), rows))

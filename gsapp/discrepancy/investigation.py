@@ -47,6 +47,7 @@ from gsapp.discrepancy.settings import (
     SearchProgressCallback,
     SearchStoppedError,
 )
+from gsapp.discrepancy.unexplained_structure import with_structures
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
@@ -325,6 +326,7 @@ class _Search:
             instruments=instruments,
             false_alarm=settings.false_alarm,
         )
+        found = with_structures(found, of.records, of.aircraft, tables=settings.tables)
         self._done = 1.0
         self._tell("done")
         return found

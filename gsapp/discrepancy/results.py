@@ -205,6 +205,21 @@ class InstrumentRemark:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class UnexplainedStructure:
+    """The products without a name that one coefficient needs, together."""
+
+    coefficient: str
+    effects: tuple[str, ...]  # Ids of the products.
+    equation: str  # With sizes and standard deviations.
+    variables: tuple[str, ...]
+    """One or two, as a term reads them: those that change it most where it was flown."""
+    nodes: tuple[FloatArray, ...]  # Of each variable, SI.
+    values: FloatArray  # Shape as the nodes. Others of its variables are at their medians.
+    flown: FloatArray
+    """Shape as the nodes. Share of all samples that lie nearest to each node."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DiscrepancyResult:
     """The answer."""
 
@@ -224,6 +239,7 @@ class DiscrepancyResult:
     """Order of the maps and histories."""
     instruments: tuple[InstrumentRemark, ...] = ()
     warnings: tuple[str, ...] = ()
+    structures: tuple[UnexplainedStructure, ...] = ()
 
     @property
     def ranking(self) -> tuple[RankedCandidate, ...]:
@@ -257,6 +273,7 @@ def discrepancy_json(
         "gap": asdict(found.gap),
         "steps": [_step(one) for one in found.steps],
         "instruments": [asdict(one) for one in found.instruments],
+        "structures": [_structure(one) for one in found.structures],
         "warnings": found.warnings,
         "model": None if model is None else str(model),
     }
@@ -292,6 +309,19 @@ def _effect(one: FoundEffect) -> dict[str, Any]:
         "forced": one.forced,
         "one_of": one.one_of,
         "named": one.named,
+    }
+
+
+def _structure(one: UnexplainedStructure) -> dict[str, Any]:
+    return {
+        "coefficient": one.coefficient,
+        "effects": one.effects,
+        "equation": one.equation,
+        "nodes": {
+            name: nodes.tolist() for name, nodes in zip(one.variables, one.nodes, strict=True)
+        },
+        "values": one.values.tolist(),
+        "flown": one.flown.tolist(),
     }
 
 

@@ -43,6 +43,11 @@ class DiscrepancySettings(ManeuverSettings):
         8, QT_TR_NOOP("Most effects"),
         QT_TR_NOOP("Maximum number of effects."),
         option="--most-effects", metavar="N", ge=0)
+    tables: bool = setting(
+        False, QT_TR_NOOP("As tables"),
+        QT_TR_NOOP("Keep structure without a name in the model as tables over what was flown, not "
+                   "as products."),
+        option="--tables")
     check_instruments: bool = setting(
         False, QT_TR_NOOP("Check instruments"),
         QT_TR_NOOP("Compare instruments by kinematics, even where the model explains the flights: "

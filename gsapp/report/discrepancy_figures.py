@@ -14,14 +14,22 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from gsapp.discrepancy.results import DiscrepancyResult, ManeuverHistories, ModelStep
+from gsapp.discrepancy.results import (
+    DiscrepancyResult,
+    ManeuverHistories,
+    ModelStep,
+    UnexplainedStructure,
+)
 from gsapp.quantities import FloatArray, channel
+from gsapp.quantities.notation import symbol_text
 from gsapp.report.discrepancy_pictures import (
     CONDITIONS,
     channel_gaps,
     channel_overlay,
     missing_by_condition,
     missing_history,
+    structure_curves,
+    variable_unit,
     waterfall_steps,
 )
 from gsapp.report.discrepancy_text import (
@@ -235,6 +243,38 @@ def missing_by_condition_figure(
         caption=f"The residual of the {coefficient_label(coefficient)} over the flight "
         f"condition: median and quartiles in bins.{bold}",
         height=0.95 + 1.75 * rows,
+        draw=draw,
+    )
+
+
+def structure_figure(structure: UnexplainedStructure, units: str = "US") -> DocumentFigure:
+    """Return a structure without a name over the variables that change it most."""
+    curves = structure_curves(structure, units)
+    name = structure.variables[0]
+    unit = variable_unit(name, units)
+
+    def draw(container: FigureBase) -> None:
+        chart = container.subplots()
+        set_margins(container, left=0.9, top=0.4)
+        shades = np.linspace(0.35, 1.0, len(curves))
+        color = PRINT_PALETTE.channel(structure.coefficient)
+        for one, shade in zip(curves, shades, strict=True):
+            chart.plot(one.x, one.y, color=color, alpha=float(shade), marker="o", markersize=2.5,
+                       label=one.name)  # fmt: skip
+        chart.axhline(0.0, color=INK, linewidth=0.5)
+        _plain_axes(chart)
+        chart.set_xlabel(
+            f"{symbol_mathtext(symbol_text(name))}{f' [{unit}]' if unit else ''}",
+            color=INK, parse_math=True,
+        )  # fmt: skip
+        chart.set_ylabel(symbol_mathtext(structure.coefficient), color=INK, parse_math=True)
+        if len(curves) > 1:
+            _legend_above(container, chart)
+
+    return DocumentFigure(
+        name=f"structure-{structure.coefficient}",
+        caption=f"Found, not understood: {structure.equation}. Drawn where it was flown.",
+        height=2.4,
         draw=draw,
     )
 

@@ -10,9 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.discrepancy.results import DiscrepancyResult, ManeuverHistories
+from gsapp.discrepancy.results import (
+    DiscrepancyResult,
+    ManeuverHistories,
+    UnexplainedStructure,
+)
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities.notation import symbol_text, unit_text
 
 CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 """What a missing part is drawn against, in this order."""
@@ -74,6 +79,42 @@ def missing_by_condition(
         to_display_units(condition, view.conditions[condition], system),
         view.missing[step][:, column],
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StructureCurve:
+    """A structure without a name over its first variable; what holds the second, in words."""
+
+    name: str  # Empty where there is no second.
+    x: FloatArray  # In the unit of display.
+    y: FloatArray  # NaN where nothing was flown.
+
+
+def structure_curves(structure: UnexplainedStructure, system: str) -> tuple[StructureCurve, ...]:
+    """Return the cuts through a structure: one, or those in the middle and near both ends."""
+    x = to_display_units(structure.variables[0], structure.nodes[0], system)
+    shown = np.where(structure.flown > 0.0, structure.values, np.nan)
+    if len(structure.variables) == 1:
+        return (StructureCurve(name="", x=x, y=shown),)
+    name, nodes = structure.variables[1], structure.nodes[1]
+    values = to_display_units(name, nodes, system)
+    unit = variable_unit(name, system)
+    return tuple(
+        StructureCurve(
+            name=f"{symbol_text(name)} = {values[index]:z.3g}{f' {unit}' if unit else ''}",
+            x=x,
+            y=shown[:, index],
+        )
+        for index in (1, nodes.size // 2, nodes.size - 2)
+    )
+
+
+def variable_unit(name: str, system: str) -> str:
+    """Return the unit of display of a variable that a term reads; empty for pure numbers."""
+    try:
+        return unit_text(channel(name).display_unit(system))
+    except UnknownNameError:
+        return ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -25,6 +25,7 @@ from gsapp.report.discrepancy_figures import (
     ranking_figure,
     residual_map_figure,
     response_overlay_figure,
+    structure_figure,
 )
 from gsapp.report.discrepancy_text import (
     HEADLINES,
@@ -283,6 +284,7 @@ def _add(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSec
                 rows=parameter_rows(found.effects, units),
                 numeric=frozenset({2}),
             ),
+            *(structure_figure(one, units) for one in found.structures),
         ]
     if found.values:
         parts.append(

@@ -26,7 +26,8 @@ from gsapp.foundation import UnknownNameError
 BUILD_UP = {term.id: term for term in create_linear_terms()}
 UNNAMED = (
     "unnamed.CA.absbeta", "unnamed.Cm.alpha_de2", "unnamed.Cn.absr_r", "unnamed.CN.V2",
-    "unnamed.Cm.late_de", "unnamed.Cn.late_q", "unnamed.Cl.beta_throttle",
+    "unnamed.Cm.table_alpha_q", "unnamed.CA.table_beta", "unnamed.Cm.late_de",
+    "unnamed.Cn.late_q", "unnamed.Cl.beta_throttle",
 )  # fmt: skip
 EVERY = (*BUILD_UP, *effect_ids(), *UNNAMED)
 TYPICAL = {

@@ -24,6 +24,7 @@ from gsapp.discrepancy.results import (
     ModelStep,
     Observability,
     RankedCandidate,
+    UnexplainedStructure,
 )
 from gsapp.dynamics.model import Model
 from ui.gap.search_jobs import EffectInfo, GapJob, GapReportJob, GapRequest, SearchResult
@@ -145,6 +146,15 @@ def make_discrepancy(
         )
         for name in CHANNELS
     }  # fmt: skip
+    unnamed = [name for name in effects if name.startswith("unnamed.")]
+    beta = np.linspace(-0.1, 0.1, 9)
+    structures = tuple(
+        UnexplainedStructure(
+            coefficient="CA", effects=(name,), equation="CA += (0.21 +-0.01) |beta|",
+            variables=("beta",), nodes=(beta,), values=0.21 * np.abs(beta), flown=np.full(9, 0.1),
+        )
+        for name in unnamed
+    )  # fmt: skip
     return DiscrepancyResult(
         verdict=verdict,  # type: ignore[arg-type]
         why="The pitching moment grows with throttle, most at low speed; with that effect in the "
@@ -170,6 +180,7 @@ def make_discrepancy(
                 closed_std=0.03 if effects else None, on=("2", "6")),
         maneuvers=views, coefficients=COEFFICIENTS, channels=CHANNELS,
         instruments=(InstrumentRemark(channel="ay", words="a_y agrees.", consistent=True),),
+        structures=structures,
     )  # fmt: skip
 
 

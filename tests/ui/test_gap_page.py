@@ -24,6 +24,7 @@ import ui.gap.gap_page
 import ui.main_window
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import GroundStationError
+from gsapp.quantities import trace_color
 from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
 from tests.ui.window_kit import (
     ALT,
@@ -471,8 +472,15 @@ def test_structure_without_a_name_is_said_to_be_that(window, qtbot, tmp_path, en
     assert view.selected_effect == "unnamed.CA.absbeta"
     assert "not understood" in view.sentences.text()
     assert "100" not in view.sentences.text()
+    assert view.structure.isVisible()
+    color = window.display_style.theme.trace(trace_color("CA"))
+    assert filled(view.structure.plot, color) > 0.2
     headline = gap_text.verdict_text(window.gap_page.search.result)
     assert TITLES[BACKLASH] in headline
+    press(qtbot, Qt.Key.Key_Down)
+    assert view.selected_effect == BACKLASH
+    assert not view.structure.isVisible()
+    press(qtbot, Qt.Key.Key_Up)
 
 
 def test_an_effect_is_refused_and_that_is_taken_back(story, qtbot, engine):

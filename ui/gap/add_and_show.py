@@ -8,8 +8,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
 
+from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.quantities import trace_color
-from gsapp.report.discrepancy_pictures import channel_gaps, channel_overlay, waterfall_steps
+from gsapp.quantities.notation import symbol_markup
+from gsapp.report.discrepancy_pictures import (
+    channel_gaps,
+    channel_overlay,
+    structure_curves,
+    variable_unit,
+    waterfall_steps,
+)
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.display_style import DisplayStyle
 from ui.gap.find_and_name import StageView
@@ -178,8 +186,15 @@ class AddStage(StageView):
         self.parameters = NameValueTable(style)
         self.sentences = create_label("", "muted", wrap=True)
         self.remarks = create_label("", "hint", wrap=True, remarks_in=style)
+        self.structure = AnalysisPlot(style, tr("Found, not understood"))
         add_widgets(
-            pair.right, self.title, self.equation, self.parameters, self.sentences, self.remarks
+            pair.right,
+            self.title,
+            self.equation,
+            self.parameters,
+            self.sentences,
+            (self.structure, 30),
+            self.remarks,
         )
         pair.right.addStretch(1)
         self.effects.selectionModel().currentChanged.connect(lambda *_: self._show_effect())
@@ -232,6 +247,7 @@ class AddStage(StageView):
         if result is None:
             return
         found = next((one for one in result.discrepancy.effects if one.effect == effect), None)
+        self._draw_structure(result.discrepancy, effect)
         note = result.effect_infos.get(effect)
         self.title.setText(result.title(effect) if effect else "")
         equation = found.equation if found else note.equation if note else ""
@@ -254,6 +270,26 @@ class AddStage(StageView):
             )
         )
         self.sentences.setText("\n".join(said))
+
+    def _draw_structure(self, found: DiscrepancyResult, effect: str) -> None:
+        structure = next((one for one in found.structures if effect in one.effects), None)
+        self.structure.setVisible(structure is not None)
+        if structure is None:
+            return
+        cuts = structure_curves(structure, self._style.units)
+        color = trace_color(structure.coefficient)
+        colors = ("previous", color, "ink") if len(cuts) > 1 else (color,)
+        name = structure.variables[0]
+        unit = variable_unit(name, self._style.units)
+        self.structure.draw(
+            [
+                PlotCurve(x=one.x, y=one.y, color=color, name=one.name)
+                for one, color in zip(cuts, colors, strict=True)
+            ],
+            title=structure.equation,
+            bottom=f"{symbol_markup(name)}{f', {unit}' if unit else ''}",
+            left=symbol_markup(structure.coefficient),
+        )
 
 
 _ALL_COLUMNS_WIDTH = 620

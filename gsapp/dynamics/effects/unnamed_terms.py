@@ -1,8 +1,8 @@
 """Terms for structure that the catalog has no name for: ``unnamed.<coefficient>.<structure>``.
 
 ``unnamed.Cm.alpha_de2`` is a product of powers, ``unnamed.CA.absbeta`` a kink at zero,
-``unnamed.Cn.late_q`` follows a variable with one lag. The id says all, so that a model file can
-hold what was found and is not understood.
+``unnamed.Cn.late_q`` follows a variable with one lag, ``unnamed.Cm.table_alpha_q`` is a table. The
+id says all, so that a model file can hold what was found and is not understood.
 """
 
 # ruff: noqa: ARG002 - overridden methods, which use their arguments or not
@@ -19,6 +19,7 @@ from gsapp.dynamics.arithmetic import Value, where
 from gsapp.dynamics.buildup import LATERAL_COEFFICIENTS
 from gsapp.dynamics.effect_terms import UnsteadyTerm
 from gsapp.dynamics.effects.effect_registration import V_REF
+from gsapp.dynamics.effects.tables import NODES, create_table_term
 from gsapp.dynamics.terms import (
     COEFFICIENTS,
     Parameter,
@@ -32,13 +33,16 @@ PREFIX = "unnamed."
 REFERENCE_SPEED = V_REF.default  # m/s: where products with speed are zero.
 LAG_TIME = 0.15  # Time constant of what follows late, s.
 _BOUND = 1e6
+_TABLE = "table_"
 _LONGITUDINAL = ("alpha", "q", "de", "V")
-_LATERAL = ("beta", "p", "r", "da", "dr")
+LATERAL_VARIABLES = ("beta", "p", "r", "da", "dr")
 _INPUTS = ("throttle", "flap")
 _CUBIC = (
     "alpha3", "alpha2_q", "alpha2_de", "alpha_de2", "de3", "alpha_beta2", "alpha_q_de",
 )  # fmt: skip
-_FACTOR = re.compile(rf"(abs)?({'|'.join((*_LONGITUDINAL, *_LATERAL, *_INPUTS))})([23])?", re.ASCII)
+_FACTOR = re.compile(
+    rf"(abs)?({'|'.join((*_LONGITUDINAL, *LATERAL_VARIABLES, *_INPUTS))})([23])?", re.ASCII
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,12 +119,26 @@ def is_unnamed(term_id: str) -> bool:
     return _parse(term_id) is not None
 
 
+def static_variables(term_id: str) -> tuple[str, ...]:
+    """Return the variables of a product, as a term reads them; none where it follows late."""
+    found = _parse(term_id)
+    return tuple(_read(one.variable) for one in found[2]) if found else ()
+
+
+def table_id(target: str, variables: Sequence[str]) -> str:
+    """Return the id of a table of a coefficient over variables, as a term reads them."""
+    return f"{PREFIX}{target}.{_TABLE}{'_'.join(one.removesuffix('_hat') for one in variables)}"
+
+
 def create_unnamed_term(term_id: str) -> Term | None:
     """Return the term that an id describes; None if it describes none."""
     found = _parse(term_id)
     if found is None:
         return None
     target, structure, factors = found
+    if structure.startswith(_TABLE):
+        variables = [one.variable for one in factors]
+        return create_table_term(term_id, target, variables, [_read(one) for one in variables])
     size = Parameter(
         name=f"{target}_{structure}",
         unit="",
@@ -139,7 +157,7 @@ def create_unnamed_term(term_id: str) -> Term | None:
             factors=factors,
         )
     variable = structure.removeprefix("late_")
-    own_axes = (variable in _LATERAL) == (target in LATERAL_COEFFICIENTS)
+    own_axes = (variable in LATERAL_VARIABLES) == (target in LATERAL_COEFFICIENTS)
     lag = Parameter(
         name="lag", unit="s", default=LAG_TIME, bounds=(0.01, 2.0), free=False, neutral=LAG_TIME,
         description="time constant",
@@ -164,7 +182,11 @@ def unnamed_ids(*, throttle: bool, flap: bool) -> tuple[str, ...]:
     for target in COEFFICIENTS:
         lateral = target in LATERAL_COEFFICIENTS
         names = _lateral_structures(inputs) if lateral else _longitudinal_structures(inputs)
-        late = ("beta", "da", "dr", "alpha", "q", "de") if lateral else ("alpha", "de", *_LATERAL)
+        late = (
+            ("beta", "da", "dr", "alpha", "q", "de")
+            if lateral
+            else ("alpha", "de", *LATERAL_VARIABLES)
+        )
         found += [f"{PREFIX}{target}.{name}" for name in names]
         found += [f"{PREFIX}{target}.late_{name}" for name in late]
     return tuple(found)
@@ -173,25 +195,27 @@ def unnamed_ids(*, throttle: bool, flap: bool) -> tuple[str, ...]:
 def product_id(target: str, *variables: str) -> str:
     """Return the id of a product of two variables of the equations, as `unnamed_ids` writes it."""
     lateral = target in LATERAL_COEFFICIENTS
-    order = (*_LATERAL, *_LONGITUDINAL) if lateral else (*_LONGITUDINAL, *_LATERAL)
+    order = (
+        (*LATERAL_VARIABLES, *_LONGITUDINAL) if lateral else (*_LONGITUDINAL, *LATERAL_VARIABLES)
+    )
     names = sorted((one.removesuffix("_hat") for one in variables), key=order.index)
     structure = f"{names[0]}2" if names[0] == names[1] else "_".join(names)
     return f"{PREFIX}{target}.{structure}"
 
 
 def _lateral_structures(inputs: Sequence[str]) -> list[str]:
-    names = [f"{one}_{other}" for one in _LATERAL for other in (*_LONGITUDINAL, *inputs)]
-    names += [f"{one}3" for one in _LATERAL]
-    names += [f"alpha2_{one}" for one in _LATERAL]
-    names += [f"beta2_{one}" for one in _LATERAL[1:]]
-    names += [f"absbeta_{one}" for one in _LATERAL]
-    return [*names, *(f"abs{one}_{one}" for one in _LATERAL[1:])]
+    names = [f"{one}_{other}" for one in LATERAL_VARIABLES for other in (*_LONGITUDINAL, *inputs)]
+    names += [f"{one}3" for one in LATERAL_VARIABLES]
+    names += [f"alpha2_{one}" for one in LATERAL_VARIABLES]
+    names += [f"beta2_{one}" for one in LATERAL_VARIABLES[1:]]
+    names += [f"absbeta_{one}" for one in LATERAL_VARIABLES]
+    return [*names, *(f"abs{one}_{one}" for one in LATERAL_VARIABLES[1:])]
 
 
 def _longitudinal_structures(inputs: Sequence[str]) -> list[str]:
     names = [
         f"{one}2" if one == other else f"{one}_{other}"
-        for group in (_LONGITUDINAL, _LATERAL)
+        for group in (_LONGITUDINAL, LATERAL_VARIABLES)
         for one, other in combinations_with_replacement(group, 2)
     ]
     names += ["absbeta", "absq_q", "absde_de", *_CUBIC]
@@ -206,10 +230,11 @@ def _parse(term_id: str) -> tuple[str, str, tuple[Factor, ...]] | None:
         return None
     late = structure.removeprefix("late_")
     if late != structure:
-        known = late in (*_LONGITUDINAL[:3], *_LATERAL)
+        known = late in (*_LONGITUDINAL[:3], *LATERAL_VARIABLES)
         return (target, structure, ()) if known else None
     factors = []
-    for word in structure.split("_"):
+    table = structure.startswith(_TABLE)
+    for word in structure.removeprefix(_TABLE).split("_"):
         matched = _FACTOR.fullmatch(word)
         if matched is None:
             return None
@@ -217,6 +242,10 @@ def _parse(term_id: str) -> tuple[str, str, tuple[Factor, ...]] | None:
         factors.append(
             Factor(variable=variable, power=int(power or 1), absolute=absolute is not None)
         )
+        if table and word != variable:
+            return None
+    if table and len(factors) not in NODES:
+        return None
     return target, structure, tuple(factors)
 
 
