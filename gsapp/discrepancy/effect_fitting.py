@@ -65,6 +65,9 @@ class EffectFitter:
                 gain[place] = 0.0
                 continue
             self._trials[one.id] = trial
+            if _is_neutral(trial, one):
+                gain[place] = 0.0
+                continue
             costs[place] = trial.deviance() + one.shape_cost
         temper = screening.gain_factor
         if not costs:
@@ -164,8 +167,10 @@ def check_gain(
 ) -> None:
     """Refuse an effect that the full fit does not bear out.
 
-    Raise FlightError if little is left of the gain that its column promised.
+    Raise FlightError if little is left of its size, or of the gain that its column promised.
     """
+    if _is_neutral(fit, one):
+        raise FlightError(f"{one.id}: nothing is left of its size in the full fit")
     promised = last.gain_of(one.id)
     gained = last.fit.deviance() - fit.deviance()
     if gained < min(
@@ -173,6 +178,11 @@ def check_gain(
         detection_threshold(false_alarm, last.screening.candidates),
     ):
         raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
+
+
+def _is_neutral(fit: FilterErrorFit, one: CandidateEffect) -> bool:
+    """Return whether a fit has put an effect where it does nothing: on the bound of its size."""
+    return fit.values.get(f"{one.id}.{one.parameter}") == one.neutral
 
 
 def _base_name(model: Model) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,7 +23,7 @@ from gsapp.identification.coefficients import (
     reconstruct_coefficients,
 )
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
 from gsapp.identification.filter_error.maneuver_state import ManeuverState
 from gsapp.identification.filter_error.motion_linearization import (
     ManeuverRecord,
@@ -137,33 +138,64 @@ class _Simulated:
     computed: tuple[FloatArray, ...]
 
 
+SettledFits = MutableMapping[FilterErrorFit, FilterErrorFit]
+"""By fit, the maneuvers kept out under its model and noise."""
+
+
 class HeldOutManeuvers:
     """The maneuvers kept out, seen through every model on the way.
 
     The records are of all maneuvers, the ids those kept out; the fits, baseline first, were made
-    without them.
+    without them. All are judged with the noise of the last. `settled` keeps, for the next time,
+    what took long.
     """
 
     def __init__(
-        self, records: Sequence[ManeuverRecord], ids: Sequence[str], fits: Sequence[FilterErrorFit]
+        self,
+        records: Sequence[ManeuverRecord],
+        ids: Sequence[str],
+        fits: Sequence[FilterErrorFit],
+        settled: SettledFits | None = None,
     ) -> None:
         self.ids = tuple(ids)
         self.fits = tuple(fits)
         self.warnings: tuple[str, ...] = ()
         noise = fits[-1].noise
-        known = {one.record.flight for one in fits[-1].maneuvers}
-        strange = [one.id for one in records if one.id in self.ids and one.flight not in known]
-        if strange:
-            self.warnings = (
-                f"maneuvers {', '.join(strange)} are of a flight from which nothing was learned; "
-                "its noise and zero errors are those of the first flight",
-            )
         own = [one for one in records if one.id in self.ids]
-        self._kept = [_refit_motion(own, fit, noise) for fit in fits]
-        self._information = [one.linearize_and_sum() for one in self._kept]
+        known = {one.record.flight for one in fits[-1].maneuvers}
+        strange = [one for one in own if one.flight not in known]
+        if strange:
+            few = len(strange) == 1
+            self.warnings = (
+                f"{'maneuver' if few else 'maneuvers'} {', '.join(one.id for one in strange)} "
+                f"{'is' if few else 'are'} of a flight from which nothing was learned: zero errors "
+                "are estimated there, and the noise is that of the first flight",
+            )
+        self._unknown_biases = tuple(
+            dict.fromkeys(name for one in strange for name in fits[-1].bias_names_of(one))
+        )
+        self._kept = [
+            _with_noise(_settled(own, fit, {} if settled is None else settled), noise)
+            for fit in fits
+        ]
+        self._information = [
+            self._with_known_biases(one.information(), one.priors()) for one in self._kept
+        ]
         self._records = tuple(records)
         self.noise = noise
         self._floors: dict[tuple[str, str], float] = {}
+
+    def _with_known_biases(
+        self, information: InformationMatrix, priors: Mapping[str, tuple[float, float]]
+    ) -> InformationMatrix:
+        """Return without the zero errors of flights that were not learned from.
+
+        No model can foretell them.
+        """
+        unknown = self._unknown_biases
+        if not unknown:
+            return information
+        return information.with_priors({name: priors[name] for name in unknown}).projected(unknown)
 
     @cached_property
     def simulated(self) -> tuple[_Simulated, ...]:
@@ -179,7 +211,10 @@ class HeldOutManeuvers:
             )
             for flight, one in self.noise.items()
         }
-        flown = [_refit_motion(self._records, fit, still) for fit in self.fits]
+        flown = [
+            _refit_motion(self._records, fit, still, kept.biases)
+            for fit, kept in zip(self.fits, self._kept, strict=True)
+        ]
         return tuple(
             _Simulated(
                 record=record,
@@ -230,6 +265,30 @@ class HeldOutManeuvers:
             for number, information in enumerate(self._information)
         ]
 
+    def contradict(self, before: int, found: float, samples: float, least: float) -> bool:
+        """Return whether these maneuvers speak against what the model after `before` has more.
+
+        Parameters
+        ----------
+        before : int
+            Number of a model.
+        found, least : float
+            Gain in the sum of squares on the maneuvers that named it, and below which nothing is
+            named.
+        samples : float
+            Innovations of those maneuvers.
+        """
+        after = before + 1
+        # As there, all counts less where the innovations are larger than believed.
+        temper = 1.0 / max(1.0, self._squares(after) / max(self.samples, 1.0))
+        return is_contradicted(
+            temper * self.gain(before, after),
+            found,
+            self.samples / samples,
+            least,
+            temper * self.prediction_distance(before, after),
+        )
+
     def gain(self, before: int, after: int) -> float:
         """Return the gain in log-likelihood from one model to another."""
         return 0.5 * (self._squares(before) - self._squares(after))
@@ -240,19 +299,25 @@ class HeldOutManeuvers:
         Where it is small these maneuvers cannot say which of the two is right: a zero error of a
         flight, say, is told by its size alone.
         """
-        total = 0.0
-        for old, new in zip(self._kept[before].maneuvers, self._kept[after].maneuvers, strict=True):
+        fit = self._kept[after]
+        total = InformationMatrix(names=(), matrix=np.zeros((1, 1)), samples=0.0)
+        for old, new in zip(self._kept[before].maneuvers, fit.maneuvers, strict=True):
             if (
                 old.filtered_columns is None
                 or new.filtered_columns is None
                 or len(old.filtered_columns.rows) != len(new.filtered_columns.rows)
             ):
                 continue
-            rows = new.filtered_columns.rows
-            basis, _ = np.linalg.qr(rows[:, -1 - new.filtered_columns.n_initial_states : -1])
+            rows, n_states = new.filtered_columns.rows, new.filtered_columns.n_initial_states
+            basis, _ = np.linalg.qr(rows[:, -1 - n_states : -1])
+            biases = fit.bias_names_of(new.record)
+            columns = rows[:, -1 - n_states - len(biases) : -1 - n_states]
             between = rows[:, -1] - old.filtered_columns.rows[:, -1]
-            total += float(between @ between - np.sum((basis.T @ between) ** 2))
-        return total
+            rest = np.column_stack((columns, between))
+            rest -= basis @ (basis.T @ rest)
+            total += InformationMatrix(names=biases, matrix=rest.T @ rest, samples=0.0)
+        priors = {name: (0.0, std) for name, (_, std) in fit.priors().items()}
+        return float(self._with_known_biases(total, priors).matrix[-1, -1])
 
     def candidate_gains(
         self, number: int, screening: CandidateScreening, places: Sequence[int]
@@ -261,8 +326,11 @@ class HeldOutManeuvers:
         fit, kept = self.fits[number], self._kept[number]
         chosen = [screening.candidates[place] for place in places]
         names = tuple(one.id for one in chosen)
-        total = kept.information(
-            (names, lambda linearization: candidate_columns(chosen, linearization))
+        total = self._with_known_biases(
+            kept.information(
+                (names, lambda linearization: candidate_columns(chosen, linearization))
+            ),
+            kept.priors(),
         )
         shared = (*fit.free, *fit.bias_names())
         gains = []
@@ -302,17 +370,74 @@ class HeldOutManeuvers:
         }
 
 
-def _refit_motion(
-    records: Sequence[ManeuverRecord], fit: FilterErrorFit, noise: Mapping[str, NoiseModel]
+def is_contradicted(gain: float, found: float, share: float, least: float, apart: float) -> bool:
+    """Return whether maneuvers kept out speak against an effect.
+
+    Parameters
+    ----------
+    gain : float
+        Of the log-likelihood on the maneuvers kept out.
+    found, least : float
+        Gain in the sum of squares on the maneuvers that named it, and below which nothing is named.
+    share : float
+        Samples kept out, for each of those that named it.
+    apart : float
+        Sum of squares between what the models with and without it expect there.
+    """
+    if gain > 0.0:
+        return False
+    # As many maneuvers of this kind as named it would leave too little,
+    undone = found + 2.0 * gain / share < least
+    # or an effect of its size would have shown: its gain there has this mean and this deviation.
+    return undone or gain < 0.5 * apart - SEARCH.contradiction_sigmas * math.sqrt(apart)
+
+
+def _settled(
+    records: Sequence[ManeuverRecord], fit: FilterErrorFit, settled: SettledFits
 ) -> FilterErrorFit:
-    """Return a fit of other maneuvers with the model, values and biases of one, settled."""
+    """Return maneuvers kept out under the model and noise of a fit, linearized."""
+    if fit not in settled:
+        new = _refit_motion(records, fit, fit.noise)
+        new.linearize()
+        settled[fit] = new
+    return settled[fit]
+
+
+def _with_noise(fit: FilterErrorFit, noise: Mapping[str, NoiseModel]) -> FilterErrorFit:
+    """Return a fit with other noise and the same motion."""
+    new = fit.branch(_noise_of([one.record for one in fit.maneuvers], noise))
+    if all(new.noise[name].gust_shape == one.gust_shape for name, one in fit.noise.items()):
+        new.refilter()
+    else:
+        new.linearize()
+    return new
+
+
+def _noise_of(
+    records: Sequence[ManeuverRecord], noise: Mapping[str, NoiseModel]
+) -> dict[str, NoiseModel]:
+    """Return the noise of each record's flight; that of the first where nothing was learned."""
+    first = next(iter(noise.values()))
+    return {record.flight: noise.get(record.flight, first) for record in records}
+
+
+def _refit_motion(
+    records: Sequence[ManeuverRecord],
+    fit: FilterErrorFit,
+    noise: Mapping[str, NoiseModel],
+    biases: Mapping[str, float] | None = None,
+) -> FilterErrorFit:
+    """Return a fit of other maneuvers with the model, values and biases of one, settled.
+
+    The biases of flights that it does not know are estimated, unless they are given.
+    """
     if not records:
         return fit.subset(())
-    first = next(iter(noise.values()))
-    given = {record.flight: noise.get(record.flight, first) for record in records}
-    new = FilterErrorFit.create(records, fit.revised_model(), fit.free, given)
+    new = FilterErrorFit.create(records, fit.revised_model(), fit.free, _noise_of(records, noise))
     new.values = dict(fit.values)
-    new.biases = {name: fit.biases.get(name, 0.0) for name in new.biases}
+    known = {**(biases or {}), **fit.biases}
+    new.biases = {name: known.get(name, 0.0) for name in new.biases}
+    unknown = [name for name in new.bias_names() if name not in known]
     states = {one.record.id: one for one in fit.maneuvers}
     for one in new.maneuvers:
         old = states.get(one.record.id)
@@ -320,7 +445,10 @@ def _refit_motion(
             one.motion = old.motion
     for _ in range(SEARCH.linearization_passes):
         new.linearize()
-        new.update_motion()
+        if unknown:
+            new.move_biases(unknown, new.information())
+        else:
+            new.update_motion()
     return new
 
 

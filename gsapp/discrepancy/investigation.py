@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.candidates import (
@@ -20,7 +21,7 @@ from gsapp.discrepancy.effect_selection import (
     screen_candidates,
     select_effect,
 )
-from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, SettledFits
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
 from gsapp.discrepancy.results import DiscrepancyResult, InstrumentRemark
 from gsapp.discrepancy.search_checks import (
@@ -37,7 +38,9 @@ from gsapp.discrepancy.search_stages import (
     equivalent_effects_of,
     find_wrong_effects,
     fit_baseline,
+    is_refuted,
     next_effect,
+    refuted,
 )
 from gsapp.discrepancy.set_aside import SetAside, is_rest
 from gsapp.discrepancy.settings import (
@@ -134,6 +137,7 @@ class _Search:
         self._of, self._settings, self._progress = of, settings, progress
         self._done = 0.0
         self._aside = SetAside()
+        self._settled: SettledFits = WeakKeyDictionary()
         self._fitter = EffectFitter(of.aircraft, settings.false_alarm, self._tick)
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -199,37 +203,56 @@ class _Search:
             stages.append(self._with(stages[-1], effect, competitor, forced=True))
         first = len(stages)
         while one := self._next_effect(stages[first:], stages[-1]):
-            last = stages[-1]
             if is_rest(one, stages[first - 1 :]):
                 if self._aside.is_full:
                     break
                 self._aside.rests[one.id] = one
-                stages[-1] = self._again(last)
+                stages[-1] = self._again(stages[-1])
                 continue
-            try:
-                fit = self._fitter.fit_with(last, one.id, one)
-            except FlightError:
-                # A fit that runs away is no explanation; the others go on competing.
-                self._aside.failed.add(one.id)
-                stages[-1] = self._again(last)
+            new = self._borne_out(stages[-1], one)
+            if new is None:
+                if self._aside.is_full:
+                    break
+                stages[-1] = self._again(stages[-1])
                 continue
-            if not one.named and not self._is_borne_out(last.fit, fit):
-                self._aside.closed.add(one.id.split(".")[1])
-                stages[-1] = self._again(last)
-                continue
-            added = fit.model.effects[-1].id
-            if not one.named:
-                self._aside.close_crowded((*(stage.added for stage in stages[first:]), added))
-            new = self._stage(fit, added=added)
-            among = equivalent_effects_of(last) if one.named else ()
-            stages.append(replace(new, equivalent_effects=among))
-            last.fit.forget_filters()
-            kept, wrong = find_wrong_effects(stages, first)
-            if wrong:
-                self._aside.failed |= wrong
-                stages = [*stages[: kept - 1], self._again(stages[kept - 1])]
+            stages = self._added(stages, new, one, first)
         stages[-1] = self._aside.explain(stages[-1])
         return stages
+
+    def _borne_out(self, last: SearchStage, one: CandidateEffect) -> FilterErrorFit | None:
+        """Return the fit with an effect added; None, and set aside, where it is not borne out."""
+        try:
+            fit = self._fitter.fit_with(last, one.id, one)
+        except FlightError:
+            # A fit that runs away is no explanation; the others go on competing.
+            self._aside.failed.add(one.id)
+            return None
+        held = self._held((last.fit, fit))
+        if one.named:
+            if is_refuted(last, held, 0, self._settings.false_alarm):
+                self._aside.refuted[one.id] = refuted(last, self._settings.false_alarm).decision
+                return None
+        elif held.gain(0, 1) <= 0.0:
+            self._aside.closed.add(one.id.split(".")[1])
+            return None
+        return fit
+
+    def _added(
+        self, stages: list[SearchStage], fit: FilterErrorFit, one: CandidateEffect, first: int
+    ) -> list[SearchStage]:
+        """Return the stages with one more, and without what it shows to be wrong."""
+        last, added = stages[-1], fit.model.effects[-1].id
+        if not one.named:
+            self._aside.close_crowded((*(stage.added for stage in stages[first:]), added))
+        new = self._stage(fit, added=added)
+        among = equivalent_effects_of(last) if one.named else ()
+        stages = [*stages, replace(new, equivalent_effects=among)]
+        last.fit.forget_filters()
+        kept, wrong = find_wrong_effects(stages, first)
+        if not wrong:
+            return stages
+        self._aside.failed |= wrong
+        return [*stages[: kept - 1], self._again(stages[kept - 1])]
 
     def _next_effect(
         self, found: Sequence[SearchStage], last: SearchStage
@@ -237,10 +260,9 @@ class _Search:
         settings = self._settings
         return next_effect(found, last, settings.most_effects, settings.false_alarm)
 
-    def _is_borne_out(self, before: FilterErrorFit, after: FilterErrorFit) -> bool:
-        """Return whether maneuvers held out speak for what a fit has and the one before has not."""
-        held = HeldOutManeuvers(self._of.records, self._held_out, (before, after))
-        return held.gain(0, 1) > 0.0
+    def _held(self, fits: Sequence[FilterErrorFit]) -> HeldOutManeuvers:
+        """Return the maneuvers kept out under the models of fits."""
+        return HeldOutManeuvers(self._of.records, self._held_out, fits, self._settled)
 
     def _again(self, stage: SearchStage) -> SearchStage:
         """Return a stage with the competition of what is left to compete."""
@@ -306,9 +328,7 @@ class _Search:
         self._tick("evaluating held-out maneuvers")
         kept, held = validate_on_held_out(
             stages,
-            lambda chosen: HeldOutManeuvers(
-                of.records, self._held_out, [one.fit for one in chosen]
-            ),
+            lambda chosen: self._held([one.fit for one in chosen]),
             len(settings.forced),
             settings.false_alarm,
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -22,7 +21,6 @@ from gsapp.discrepancy.effect_catalog import all_effects, find_effect
 from gsapp.discrepancy.effect_selection import (
     CandidateScreening,
     DecisionKind,
-    detection_threshold,
     posterior_probabilities,
 )
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
@@ -40,7 +38,7 @@ from gsapp.discrepancy.results import (
     find_alternatives,
 )
 from gsapp.discrepancy.search_checks import record_remarks
-from gsapp.discrepancy.search_stages import SearchStage, gust_of
+from gsapp.discrepancy.search_stages import SearchStage, gust_of, is_refuted, refuted
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import create_term
@@ -131,44 +129,10 @@ def validate_on_held_out(
     """
     kept = list(stages)
     held = against(kept)
-    while len(kept) > 1 + forced:
-        before = kept[-2]
-        least = detection_threshold(false_alarm, before.screening.candidates)
-        found = float(before.decision.gain.max())
-        share = held.samples / before.screening.projected_information.samples
-        gain = held.gain(len(kept) - 2, len(kept) - 1)
-        apart = held.prediction_distance(len(kept) - 2, len(kept) - 1)
-        if not is_contradicted(gain, found, share, least, apart):
-            break
-        kind: DecisionKind = (
-            "unexplained" if found > SEARCH.strong_gain_ratio * least else "nothing"
-        )
-        decision = replace(before.decision, kind=kind, contradicted=True)
-        kept = [*kept[:-2], replace(before, decision=decision)]
+    while len(kept) > 1 + forced and is_refuted(kept[-2], held, len(kept) - 2, false_alarm):
+        kept = [*kept[:-2], refuted(kept[-2], false_alarm)]
         held = against(kept)
     return kept, held
-
-
-def is_contradicted(gain: float, found: float, share: float, least: float, apart: float) -> bool:
-    """Return whether maneuvers kept out speak against an effect.
-
-    Parameters
-    ----------
-    gain : float
-        Of the log-likelihood on the maneuvers kept out.
-    found, least : float
-        Gain in the sum of squares on the maneuvers that named it, and below which nothing is named.
-    share : float
-        Samples kept out, for each of those that named it.
-    apart : float
-        Sum of squares between what the models with and without it expect there.
-    """
-    if gain > 0.0:
-        return False
-    # As many maneuvers of this kind as named it would leave too little,
-    undone = found + 2.0 * gain / share < least
-    # or an effect of its size would have shown: its gain there has this mean and this deviation.
-    return undone or gain < 0.5 * apart - SEARCH.contradiction_sigmas * math.sqrt(apart)
 
 
 def build_result(

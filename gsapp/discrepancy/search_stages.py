@@ -11,10 +11,12 @@ import numpy as np
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import (
     CandidateScreening,
+    DecisionKind,
     EffectDecision,
     detection_threshold,
     log_priors,
 )
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model, load_model
@@ -172,6 +174,29 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
     ids = tuple(one.id for one in decision.alternatives)
     alike = all(cosines[stage.screening.index(one)] >= SEARCH.min_equivalence_cosine for one in ids)
     return ids if alike else ()
+
+
+def is_refuted(
+    before: SearchStage, held: HeldOutManeuvers, number: int, false_alarm: float
+) -> bool:
+    """Return whether maneuvers kept out contradict what was added after a stage.
+
+    `held`: them under the models of all stages, of which this is the one with this number.
+    """
+    return held.contradict(
+        number,
+        found=float(before.decision.gain.max()),
+        samples=before.screening.projected_information.samples,
+        least=detection_threshold(false_alarm, before.screening.candidates),
+    )
+
+
+def refuted(before: SearchStage, false_alarm: float) -> SearchStage:
+    """Return a stage of which maneuvers kept out contradict the best explanation."""
+    least = detection_threshold(false_alarm, before.screening.candidates)
+    is_strong = float(before.decision.gain.max()) > SEARCH.strong_gain_ratio * least
+    kind: DecisionKind = "unexplained" if is_strong else "nothing"
+    return replace(before, decision=replace(before.decision, kind=kind, contradicted=True))
 
 
 def next_effect(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from gsapp.discrepancy.candidates import CandidateEffect, coefficient_of
+from gsapp.discrepancy.effect_selection import EffectDecision
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.dynamics.effects.unnamed_terms import is_unnamed
@@ -24,17 +25,20 @@ class SetAside:
     that cannot explain whatever its shape."""
     rests: dict[str, CandidateEffect] = field(default_factory=dict)
     """Too small to be added: the others compete for what these cannot explain."""
+    refuted: dict[str, EffectDecision] = field(default_factory=dict)
+    """Contradicted by maneuvers kept out, with the decision for them: the others compete for what
+    these cannot explain."""
 
     @property
     def is_full(self) -> bool:
-        """Return whether so many rests are left that they are no rests."""
-        return len(self.rests) == SEARCH.max_rests
+        """Return whether so much is set aside that a search among the rest would be blind."""
+        return len(self.rests) + len(self.refuted) >= SEARCH.max_rests
 
     def is_projected(self, one: CandidateEffect) -> bool:
-        """Return whether a candidate is a rest, or for a coefficient that is closed."""
+        """Return whether the others compete for what a candidate cannot explain."""
         group, target, *_ = one.id.split(".")
         is_closed = group in ("aero", "unnamed") and coefficient_of(target) in self.closed
-        return is_closed or one.id in self.rests
+        return is_closed or one.id in self.rests or one.id in self.refuted
 
     def close_crowded(self, found: Sequence[str]) -> None:
         """Close the coefficients that have taken many terms without a name."""
@@ -44,11 +48,23 @@ class SetAside:
         }
 
     def explain(self, last: SearchStage) -> SearchStage:
-        """Return the last stage with what rests say: that an instrument rings has no name."""
+        """Return the last stage with what was set aside, where nothing else is missing."""
+        if last.decision.kind != "nothing":
+            return last
+        if self.refuted:
+            strongest = max(self.refuted.values(), key=lambda one: float(one.gain.max()))
+            decision = replace(
+                last.decision,
+                kind=strongest.kind,
+                best=strongest.best,
+                alternatives=strongest.alternatives,
+                contradicted=True,
+            )
+            return replace(last, decision=decision)
         lacking = [
             one for name, one in self.rests.items() if not one.named and not is_unnamed(name)
         ]
-        if not lacking or last.decision.kind != "nothing":
+        if not lacking:
             return last
         decision = replace(
             last.decision, kind="unexplained", best=lacking[0], alternatives=(lacking[0],)

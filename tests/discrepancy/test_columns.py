@@ -287,7 +287,7 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     fit = prepared(flown, TRUTH, DERIVATIVES)
     for flight in fit.noise:
         fit.noise[flight] = true_noise(gusts=1e-2, moments=1e-3)
-    fit.linearize_and_sum()
+    fit.linearize()
     wanted = ("aero.Cm.alpha2", "aero.Cl.alpha_beta", "sensor.beta.delay", "aero.CN.alpha2")
     competitors = [
         one
@@ -358,7 +358,7 @@ def test_a_size_that_makes_no_sense_gains_nothing() -> None:
     gains = []
     for given in (flown, early):
         fit = prepared(given, TRUTH)
-        fit.linearize_and_sum()
+        fit.linearize()
         found = screen_candidates(fit, competitors)
         gains.append(found)
     assert gains[1].size[0] < -0.02

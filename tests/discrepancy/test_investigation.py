@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gsapp.discrepancy import held_out_maneuvers
 from gsapp.discrepancy.effect_fitting import EffectFitter, check_gain
 from gsapp.discrepancy.investigation import Investigation, _Search
 from gsapp.discrepancy.results import DiscrepancyResult, explain_verdict, find_alternatives
@@ -119,6 +120,17 @@ def test_what_maneuvers_kept_out_refute_is_no_alternative_to_itself(
     # What these flights cannot tell apart stays.
     open_ = replace(refuted, kind="ambiguous", contradicted=False)
     assert [one.effects for one in find_alternatives("ambiguous", (open_,))] == [(EFFECT,)]
+
+
+def test_what_maneuvers_kept_out_refute_leaves_no_room_for_what_looks_like_it(
+    search: Investigation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(held_out_maneuvers, "is_contradicted", lambda *_, **__: True)
+    found = search.run(SETTINGS)
+    assert found.ranking[0].effect != EFFECT
+    assert found.effects == ()
+    assert found.verdict == "unexplained"
+    assert f"({EFFECT}) explains the fitted maneuvers best, but the held-out" in found.why
 
 
 @pytest.mark.long

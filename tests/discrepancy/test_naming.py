@@ -15,7 +15,7 @@ from gsapp.discrepancy.effect_selection import (
     posterior_probabilities,
     select_effect,
 )
-from gsapp.discrepancy.result_builder import is_contradicted
+from gsapp.discrepancy.held_out_maneuvers import is_contradicted
 from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
 from gsapp.discrepancy.settings import SEARCH
 from gsapp.identification.filter_error.filter_error_fit import InformationMatrix

@@ -175,7 +175,7 @@ def bias_name(flight: str, channel: str) -> str:
     return f"bias.{flight}.{channel}"
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
+@dataclass(slots=True, weakref_slot=True, kw_only=True, eq=False)
 class FilterErrorFit:
     """A model, its noise, and its maneuvers."""
 
@@ -472,11 +472,6 @@ class FilterErrorFit:
             total = total + one
         return total
 
-    def linearize_and_sum(self) -> InformationMatrix:
-        """Linearize, filter, and return the information of all maneuvers."""
-        self.linearize()
-        return self.information()
-
     def information_of(
         self,
         one: ManeuverState,
@@ -549,6 +544,15 @@ class FilterErrorFit:
         self.take_model(self.revised_model())
         sizes = np.abs(moves) / np.sqrt(covariance.diagonal())
         return float(sizes[: len(self.free)].max()) if self.free else 0.0
+
+    def move_biases(self, names: Sequence[str], information: InformationMatrix) -> None:
+        """Move these biases alone to what the last pass says of them, and all motions with them."""
+        moves, _ = information.with_priors(self.priors()).solution(names)
+        by_name = dict(zip(names, moves.tolist(), strict=True))
+        for one in self.maneuvers:
+            self._follow(one, by_name)
+        for name, move in by_name.items():
+            self.biases[name] += move
 
     def update_motion(self) -> None:
         """Take the filter's prediction as the new motion, values as they are."""
