@@ -150,11 +150,14 @@ class FlightOpener(QObject):
 
     def _options(self, channel_map: ChannelMap | str | None) -> SessionOptions:
         """Return how every flight is watched in a window."""
+        from gsapp.session.live_estimation.live_search import run_search_request
+
         return {
             "channel_map": channel_map,
             "cues": True,
             "system": self._store.current.units,
             "workers": ProcessFitWorker(),
+            "search_worker": ProcessFitWorker(run_search_request),
             "in_background": True,
         }
 

@@ -79,6 +79,8 @@ class Settings(StrictModel):
     # Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
     flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 
+    live_search: bool = False  # Whether a missing effect is searched for in flight.
+
     def with_link(self, link: str) -> Settings:
         others = tuple(known for known in self.links if known != link)
         return self.with_values(links=(link, *others)[:_MAX_RECENT])

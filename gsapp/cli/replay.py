@@ -26,6 +26,14 @@ def replay(
         typer.Option(metavar="X|max", help="Times real time; 1 in the window, max headless"),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search",
+            help="Search for a missing effect after each maneuver; the JSON tells what was found "
+            "when; headless",
+        ),
+    ] = False,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     channel_map: str | None = None,
@@ -57,6 +65,7 @@ def replay(
     from rich.progress import TaskProgressColumn, TimeRemainingColumn
 
     from gsapp.session.live_estimation.fit_workers import InlineFitWorker
+    from gsapp.session.live_estimation.live_search import run_search_request
     from gsapp.session.replay_runner import run_replay
     from gsapp.session.session import Session
 
@@ -67,6 +76,7 @@ def replay(
         certificates=calibration,
         speed=times,
         workers=InlineFitWorker(),
+        search_worker=InlineFitWorker(run_search_request) if search else None,
     )
     try:
         print_aircraft_warnings(console, [session.aircraft])
@@ -104,7 +114,8 @@ def summary_json(session: Session) -> dict[str, Any]:
     end (s; the end is null where the cause stayed), and whether the crew acknowledged it.
     ``cues`` are all changes of what the crew was told, and the spoken words, by time;
     ``verdicts`` those on its inputs; ``estimates`` the derivatives that it gave, by FTR and by
-    maximum likelihood maneuver by maneuver. ``flown`` is the MAVLink system that the channels come
+    maximum likelihood maneuver by maneuver; ``searches`` what each search for a missing effect
+    gave, where they were asked for. ``flown`` is the MAVLink system that the channels come
     from, and whether somebody chose it; null for lines of text. ``senders`` and ``messages`` tell
     what came over the link: frames lost, doubled and late by sender; frames, frames per second of
     the whole record, and the delay of the last one (s, over the quickest of the last minutes) by
@@ -126,6 +137,8 @@ def summary_json(session: Session) -> dict[str, Any]:
         summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
     if session.estimates is not None:
         summary["estimates"] = session.estimates.to_json()
+        if session.estimates.search is not None:
+            summary["searches"] = session.estimates.search.to_json()
     return summary
 
 

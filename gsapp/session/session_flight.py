@@ -65,6 +65,8 @@ class SessionOptions(SettingOverrides, total=False):
     system: str
     workers: FitWorker
     """Where maneuvers are fitted as they end; without it no derivatives are estimated."""
+    search_worker: FitWorker | None
+    """Where a missing effect is searched for after each maneuver; without it none is."""
     in_background: bool
     """Whether files are read and written in a thread, so that `Session.update` waits for no disk.
     What is taken in follows a moment later."""

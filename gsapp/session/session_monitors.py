@@ -292,8 +292,9 @@ class SessionMonitors:
             from gsapp.session.live_estimation import estimate_monitor  # as above
 
             self.estimates = estimate_monitor.EstimateMonitor(
-                setting.aircraft, setting.model, history, info, name, self._verdicts, workers
-            )
+                setting.aircraft, setting.model, history, info, name, self._verdicts, workers,
+                options.get("search_worker"),
+            )  # fmt: skip
         self.landing = LandingMonitor(setting.aircraft, history.rate, on_ground)
         self.consumers = self._all(options.get("consumers", ()))
         self.urgent = self.consumers[: 1 if self.cues is None else 2]

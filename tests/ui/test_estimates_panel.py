@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
@@ -19,6 +19,7 @@ from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
 from gsapp.session import UNLIMITED_SPEED
 from gsapp.session.live_estimation.estimate_table import EstimateRow, FittedPoint
+from gsapp.session.live_estimation.live_search import SearchStep
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.ui.window_kit import KILL, pixels, until
 from ui.display_style import DisplayStyle
@@ -29,6 +30,7 @@ from ui.flight.estimates_panel import (
     describe_value,
     fit_status_text,
 )
+from ui.flight.search_panel import SearchPanel, evidence_curves
 from ui.main_window import MainWindow
 
 TIMES = np.arange(0.0, 100.0, 0.1)
@@ -123,3 +125,39 @@ def test_derivatives_form_while_a_flight_is_watched(
     panel.list.setCurrentIndex(panel.list.row_model.index(names.index(given.name), 0))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
     until(qtbot, lambda: (controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000)
+
+
+def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot) -> None:
+    panel = SearchPanel(DisplayStyle())
+    qtbot.addWidget(panel)
+    panel.resize(360, 500)
+    panel.show()
+    switched: list[bool] = []
+    panel.switched.connect(switched.append)
+    panel.show_search((), "", enabled=False)
+    QTest.mouseClick(panel.switch, Qt.MouseButton.LeftButton, pos=QPoint(8, 8))
+    QTest.keyClick(panel.switch, Qt.Key.Key_Space)
+    assert switched == [True, False]
+    few, one, two = (
+        SearchStep(
+            time=10.0 * count, maneuvers=count, verdict=verdict, evidence=evidence, titles={}
+        )
+        for count, verdict, evidence in (
+            (1, "", {}),
+            (4, "ambiguous", {"aero.Cm.alpha2": 0.4, "aero.Cm.speed": 0.3}),
+            (5, "effects-found", {"aero.Cm.alpha2": 0.9, "aero.Cm.speed": 0.05, "x": 0.01}),
+        )
+    )
+    panel.show_search((few,), "1 maneuver: too few", enabled=True)
+    assert switched == [True, False]
+    assert panel.switch.isChecked()
+    assert panel.plot is None
+    panel.show_search((few, one, two), "found", enabled=True)
+    assert panel.plot is not None
+    assert panel.plot.isVisible()
+    first, second = evidence_curves((one, two))
+    assert (first.name, second.name) == ("aero.Cm.alpha2", "aero.Cm.speed")
+    assert first.x.tolist() == [4.0, 5.0]
+    assert first.y.tolist() == [40.0, 90.0]
+    panel.show_search((few, one, two), "", enabled=False)
+    assert not panel.plot.isVisible()

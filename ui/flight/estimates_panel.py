@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import trace_color
 from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
+from ui.flight.search_panel import SearchPanel
 from ui.number_format import DASH, count_text, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
@@ -376,6 +377,9 @@ class EstimatesPanel(QWidget):
         self.list = EstimatesList(style)
         self._pile.addWidget(self.list)
         column.addWidget(holder, 1)
+        self.search = SearchPanel(style)
+        self.search.setVisible(False)
+        column.addWidget(self.search)
         self.list.opened.connect(self.opened)
         self.show_rows((), "")
 

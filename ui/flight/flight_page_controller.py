@@ -81,6 +81,7 @@ class FlightPageController(QObject):
         view.alarms.jump_requested.connect(self._go_to_key)
         view.messages.jump_requested.connect(self._go_to_key)
         view.estimates.opened.connect(self._go_to_maneuver_of)
+        view.estimates.search.switched.connect(self._remember_search)
         view.replay.moved.connect(self._seek)
         view.replay.speed_chosen.connect(controller.set_speed)
 
@@ -111,6 +112,7 @@ class FlightPageController(QObject):
             return FlightViewState()
         if self._builder is None or self._builder.session is not session:
             self._builder = FlightViewStateBuilder(session)
+            self._switch_search(self._store.current.live_search)
         return self._builder.build(snapshot, self._style.units)
 
     def acknowledge(self) -> None:
@@ -176,6 +178,15 @@ class FlightPageController(QObject):
         rows = {row.key: row.value for row in self._view.estimates.list.row_model.rows}
         if derivative in rows and rows[derivative].points:
             self.go_to_time(rows[derivative].points[-1].time)
+
+    def _remember_search(self, enabled: bool) -> None:
+        self._store.change(live_search=enabled)
+        self._switch_search(enabled)
+
+    def _switch_search(self, enabled: bool) -> None:
+        session = self._controller.session
+        if session is not None and session.estimates is not None:
+            session.estimates.switch_search(enabled)
 
     def go_to_time(self, at: float) -> None:
         if self._controller.is_replay:

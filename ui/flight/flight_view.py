@@ -363,6 +363,12 @@ class FlightView(QWidget):
         self.messages.show_rows(picture.message_rows)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
+        search = self.estimates.search
+        search.setVisible(picture.has_search)
+        if picture.has_search:
+            search.show_search(
+                picture.search_steps, picture.search_state, enabled=picture.search_enabled
+            )
         place, text = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.unacknowledged_count)
         if self.tabs.tabText(place) != text:
             self.tabs.setTabText(place, text)

@@ -23,12 +23,14 @@ from ui.flight.panel_rows import (
     build_mark_rows,
     build_message_rows,
 )
+from ui.flight.search_panel import search_status_text
 from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow
+    from gsapp.session.live_estimation.live_search import SearchStep
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +57,10 @@ class FlightViewState:
     unacknowledged_count: int = 0  # Alarms that nobody has acknowledged.
     estimates: tuple[EstimateRow, ...] = ()  # Derivatives as they form.
     estimates_state: str = ""  # How the fits of the maneuvers stand.
+    has_search: bool = False  # Whether a missing effect can be searched for in flight.
+    search_enabled: bool = False
+    search_steps: tuple[SearchStep, ...] = ()
+    search_state: str = ""  # How the search stands.
     replay: Playhead | None = None  # None while live.
     now: float | None = None  # Flight time, s.
     empty_text: str = ""  # What the charts say while there is no sample at all.
@@ -114,6 +120,7 @@ class FlightViewStateBuilder:
         self._update_alarms(snapshot, units)
         self._count += 1
         marks = session.marks
+        search = None if session.estimates is None else session.estimates.search
         return FlightViewState(
             available=self._available,
             present=frozenset(session.history.channels_with_data),
@@ -133,6 +140,10 @@ class FlightViewStateBuilder:
             unacknowledged_count=snapshot.unacknowledged_count,
             estimates=self._estimates,
             estimates_state=self._estimates_state,
+            has_search=search is not None,
+            search_enabled=search is not None and search.enabled,
+            search_steps=() if search is None else search.steps,
+            search_state="" if search is None else search_status_text(search),
             replay=snapshot.playhead,
             now=snapshot.now,
             empty_text=self._empty(snapshot),

@@ -26,6 +26,7 @@ from gsapp.identification.maneuver import (
 from gsapp.quantities import Block
 from gsapp.session.live_estimation.estimate_table import EstimateRow, build_estimate_rows
 from gsapp.session.live_estimation.fit_workers import FitWorker
+from gsapp.session.live_estimation.live_search import LiveSearch
 from gsapp.session.live_estimation.maneuver_fits import FitUpdate, ManeuverFits
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
@@ -100,6 +101,8 @@ class EstimateMonitor:
 
     Attributes
     ----------
+    search : LiveSearch or None
+        The search for a missing effect; None without a worker for it.
     error_text : str
         Why FTR does not listen, in words; empty if it does.
     """
@@ -113,7 +116,9 @@ class EstimateMonitor:
         name: str,
         verdicts: Callable[[], Sequence[InputVerdict]],
         workers: FitWorker,
+        search_worker: FitWorker | None = None,
     ) -> None:
+        self.search = None if search_worker is None else LiveSearch(search_worker)
         self._model = model
         self._history = history
         self._verdicts = verdicts
@@ -140,6 +145,8 @@ class EstimateMonitor:
         if self._ftr is not None:
             self._ftr.reset()
         self.fits.reset()
+        if self.search is not None:
+            self.search.reset()
 
     def finish(self, *, wait: bool = True) -> None:
         """Take in what was held back, and ask for the last fits; the flight is over."""
@@ -148,15 +155,33 @@ class EstimateMonitor:
         self.fits.update(self._verdicts(), None)
         if wait:
             self.fits.wait()
+            if self.search is not None:
+                self.search.finish(self._fitted)
 
     def close(self) -> None:
         self.fits.close()
+        if self.search is not None:
+            self.search.close()
+
+    def switch_search(self, enabled: bool) -> None:
+        """Begin or end searching for a missing effect; what was found stays."""
+        if self.search is not None:
+            self.search.enabled = enabled
 
     # --- what it shows --------------------------------------------------------------------------
 
     def update(self, now: float | None) -> tuple[FitUpdate, ...]:
         """Ask for the fits that are due at a flight time (s), and take in those that came."""
-        return () if now is None else self.fits.update(self._verdicts(), now)
+        if now is None:
+            return ()
+        changes = self.fits.update(self._verdicts(), now)
+        if self.search is not None:
+            self.search.update(self._fitted)
+        return changes
+
+    @property
+    def _fitted(self) -> list[Maneuver]:
+        return [one.maneuver for one in self.result.results]
 
     def to_json(self) -> dict[str, Any]:
         """Return every derivative as it stands, for programs: FTR's, and those of the fits.

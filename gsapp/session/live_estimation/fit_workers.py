@@ -1,4 +1,4 @@
-"""Where fits run: in a process of their own while a flight happens, at once without a window."""
+"""Where fits and searches run: in a process beside a live flight, at once without a window."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Protocol
+from typing import Any, Protocol
 
 from gsapp.foundation.process_control import block_sigint
 
-if TYPE_CHECKING:
-    # The window starts without what estimates.
-    from gsapp.session.live_estimation.maneuver_fits import FitRequest, FitResponse
-
 
 class FitWorker(Protocol):
-    """Takes requests and gives replies, in any order and at any time."""
+    """Takes requests and gives replies, in any order and at any time.
 
-    def submit(self, request: FitRequest) -> Future[FitResponse]:
+    Those of `maneuver_fits.run_fit_request`, or of what it was made with.
+    """
+
+    def submit(self, request: Any) -> Future[Any]:
         """Begin a fit."""
         ...
 
@@ -29,14 +28,18 @@ class FitWorker(Protocol):
 
 
 class InlineFitWorker:
-    """Fits where it is asked: for replays without a window."""
+    """Fits where it is asked: for replays without a window; `work` as `ProcessFitWorker`."""
 
-    def submit(self, request: FitRequest) -> Future[FitResponse]:
+    def __init__(self, work: Callable[[Any], Any] | None = None) -> None:
+        self._work = work
+
+    def submit(self, request: Any) -> Future[Any]:
         from gsapp.session.live_estimation.maneuver_fits import run_fit_request
 
-        done: Future[FitResponse] = Future()
+        work = run_fit_request if self._work is None else self._work
+        done: Future[Any] = Future()
         try:
-            done.set_result(run_fit_request(request))
+            done.set_result(work(request))
         except Exception as error:  # as an executor does: whoever asks is told
             done.set_exception(error)
         return done
@@ -54,12 +57,12 @@ class ProcessFitWorker:
         What is run there, in place of a fit; picklable.
     """
 
-    def __init__(self, work: Callable[[FitRequest], FitResponse] | None = None) -> None:
+    def __init__(self, work: Callable[[Any], Any] | None = None) -> None:
         self._work = work
         self._pool: ProcessPoolExecutor | None = None
         self._pipe: tuple[Connection, Connection] | None = None
 
-    def submit(self, request: FitRequest) -> Future[FitResponse]:
+    def submit(self, request: Any) -> Future[Any]:
         from gsapp.session.live_estimation.maneuver_fits import run_fit_request
 
         work = run_fit_request if self._work is None else self._work

@@ -1,0 +1,142 @@
+"""The search for a missing effect over all maneuvers so far, while the flight goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from gsapp.foundation import GroundStationError
+from gsapp.identification.maneuver import Maneuver
+
+if TYPE_CHECKING:
+    from gsapp.discrepancy.results import DiscrepancyResult
+    from gsapp.session.live_estimation.fit_workers import FitWorker
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchRequest:
+    """The maneuvers so far, in the order in which they were flown."""
+
+    maneuvers: tuple[Maneuver, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchStep:
+    """What a search over the maneuvers so far gave."""
+
+    time: float  # Flight time of the last sample, s.
+    maneuvers: int
+    verdict: str = ""  # Empty where it could not be searched.
+    why: str = ""
+    evidence: Mapping[str, float]
+    """Probability of each effect by its id, largest first: named ones, then what may be next."""
+    titles: Mapping[str, str]
+    named: tuple[str, ...] = ()
+
+
+def run_search_request(request: SearchRequest) -> SearchStep:
+    """Search as ``gsapp discrepancy`` does, the linear model fitted to the maneuvers.
+
+    Values known before a flight are wrong by more than an effect shows.
+    """
+    from gsapp.discrepancy.investigation import Investigation
+    from gsapp.discrepancy.settings import DiscrepancySettings
+
+    maneuvers = request.maneuvers
+    step = SearchStep(
+        time=max(float(one.block.times[-1]) for one in maneuvers), maneuvers=len(maneuvers),
+        evidence={}, titles={},
+    )  # fmt: skip
+    try:
+        search = Investigation(maneuvers, maneuvers[0].aircraft, None)
+        return _summarize(step, search.run(DiscrepancySettings()))
+    except GroundStationError as error:
+        return SearchStep(**{**asdict(step), "why": str(error)})
+
+
+def _summarize(step: SearchStep, found: DiscrepancyResult) -> SearchStep:
+    evidence: dict[str, float] = {}
+    titles: dict[str, str] = {}
+    for one in found.effects:
+        names = one.one_of or (one.effect,)
+        evidence |= dict.fromkeys(names, one.confidence / len(names))
+        titles |= dict.fromkeys(names, one.title)
+    ranking = found.steps[-1].ranking
+    missing = _probability_of_any([one.score for one in ranking])
+    for candidate in ranking:
+        if candidate.effect not in evidence:
+            evidence[candidate.effect] = missing * candidate.evidence
+            titles[candidate.effect] = candidate.title
+    return SearchStep(
+        time=step.time,
+        maneuvers=step.maneuvers,
+        verdict=found.verdict,
+        why=found.why,
+        evidence=dict(sorted(evidence.items(), key=lambda item: item[1], reverse=True)),
+        titles=titles,
+        named=tuple(one.effect for one in found.effects if one.named and not one.one_of),
+    )
+
+
+def _probability_of_any(scores: Sequence[float]) -> float:
+    """Return how likely any candidate is, beside none, by the mean of their likelihood ratios."""
+    if not scores:
+        return 0.0
+    top = max(scores)
+    mean = top + math.log(sum(math.exp(one - top) for one in scores) / len(scores))
+    return 1.0 / (1.0 + math.exp(-min(max(mean, -700.0), 700.0)))
+
+
+class LiveSearch:
+    """Searches after each maneuver; one search runs at a time, the next takes all that came."""
+
+    def __init__(self, worker: FitWorker) -> None:
+        self._worker = worker
+        self._running: Future[SearchStep] | None = None
+        self._searched = 0
+        self.enabled = True
+        self.steps: tuple[SearchStep, ...] = ()
+        self.error_text = ""
+
+    @property
+    def is_running(self) -> bool:
+        return self._running is not None
+
+    def reset(self) -> None:
+        if self._running is not None:
+            self._running.cancel()
+        self._running, self._searched, self.steps, self.error_text = None, 0, (), ""
+
+    def close(self) -> None:
+        self.reset()
+        self._worker.close()
+
+    def update(self, maneuvers: Sequence[Maneuver]) -> None:
+        """Take in what was found, and begin the next search where maneuvers were added."""
+        running = self._running
+        if running is not None and running.done():
+            self._running = None
+            error = running.exception()
+            self.error_text = "" if error is None else str(error) or type(error).__name__
+            if error is None:
+                self.steps = (*self.steps, running.result())
+        if self._running is None and self.enabled and len(maneuvers) > self._searched:
+            self._searched = len(maneuvers)
+            try:
+                self._running = self._worker.submit(SearchRequest(maneuvers=tuple(maneuvers)))
+            except (OSError, RuntimeError) as problem:
+                # The flight goes on, whatever keeps a process from beginning.
+                self.error_text = str(problem) or type(problem).__name__
+
+    def finish(self, maneuvers: Sequence[Maneuver]) -> None:
+        """Search all maneuvers of a flight that is over, and wait for that."""
+        self.update(maneuvers)
+        while self._running is not None:
+            self._running.exception()
+            self.update(maneuvers)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        return [asdict(one) for one in self.steps]
