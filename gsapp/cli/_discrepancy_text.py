@@ -21,7 +21,7 @@ _PLACES, _CANDIDATES = 5, 5
 
 def print_discrepancy(console: PlainConsole, found: DiscrepancyResult) -> None:
     """Tell what was found."""
-    from gsapp.report.discrepancy_text import HEADLINES
+    from gsapp.report.discrepancy_text import HEADLINES, experiment_text
 
     _find(console, found)
     _name(console, found)
@@ -29,6 +29,8 @@ def print_discrepancy(console: PlainConsole, found: DiscrepancyResult) -> None:
     _show(console, found)
     console.print_sentence(f"\n{HEADLINES[found.verdict]}", "bold")
     console.print_sentence(found.why)
+    if found.experiment is not None:
+        console.print_sentence(experiment_text(found.experiment, DISPLAY_UNITS.get()))
     for sentence in found.warnings:
         console.print_sentence(sentence, "yellow")
 

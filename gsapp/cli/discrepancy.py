@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gsapp.identification.maneuver import Maneuver
     from gsapp.report.provenance import Provenance
 
-MODEL_FILE, RESULT_FILE = "model.toml", "discrepancy.json"
+MODEL_FILE, RESULT_FILE, CARDS_FILE = "model.toml", "discrepancy.json", "cards.toml"
 """Files in the folder beside the report and its figures."""
 
 
@@ -43,7 +43,8 @@ def discrepancy(
         typer.Option(
             readable=False,
             metavar="DIR",
-            help="Folder for the revised model, report.html, report.pdf, figures, discrepancy.json",
+            help="Folder for the revised model, report.html, report.pdf, figures, "
+            "discrepancy.json; cards.toml with the maneuver that decides, if any",
         ),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the effects and exit")] = False,
@@ -131,10 +132,8 @@ def discrepancy(
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
                 console.print_sentence(f"{one.flight.name}: {remark}", "yellow")
     print_discrepancy(console, found)
-    console.print(
-        f"The model, the report and its figures are in {out}",
-        soft_wrap=True,
-    )  # fmt: skip
+    cards = "" if found.experiment is None else ", the test cards"
+    console.print(f"The model{cards}, the report and its figures are in {out}", soft_wrap=True)
 
 
 def _check_output_folder(out: Path) -> None:
@@ -205,11 +204,14 @@ def _fill(
     from gsapp.cli._console import format_json
     from gsapp.discrepancy.results import discrepancy_json
     from gsapp.dynamics.model import save_model
+    from gsapp.flight.cards import save_cards
     from gsapp.flight.info import local_timestamp
     from gsapp.foundation import write_atomically
     from gsapp.report.discrepancy_report import write_discrepancy_report
 
     save_model(found.model, folder / MODEL_FILE)
+    if found.experiment is not None:
+        save_cards(folder / CARDS_FILE, found.experiment.card_set(aircraft.name))
     write_atomically(
         folder / RESULT_FILE, format_json(discrepancy_json(found, model=out / MODEL_FILE))
     )

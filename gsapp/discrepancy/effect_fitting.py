@@ -51,20 +51,13 @@ class EffectFitter:
             return decision
         gain = screening.gain.copy()
         costs: dict[int, float] = {}
-        if fit is not self._tried_fit:
-            self._trials.clear()
-            self._tried_fit = fit
         for place in near:
             one = screening.candidates[place]
             try:
-                # Where only the competition is held again, the same fit has been tried before.
-                trial = self._trials.get(one.id) or self.fitted(
-                    fit, one, screening, f"comparing: {one.title}"
-                )
+                trial = self.trial(fit, one, screening)
             except FlightError:
                 gain[place] = 0.0
                 continue
-            self._trials[one.id] = trial
             if _is_neutral(trial, one):
                 gain[place] = 0.0
                 continue
@@ -79,6 +72,20 @@ class EffectFitter:
         if best_fit in proven:
             gain[best_fit] = max(gain[best_fit], fit.deviance() - costs[best_fit])
         return select_effect(screening, np.maximum(gain, 0.0), least=least, temper=temper)
+
+    def trial(
+        self, fit: FilterErrorFit, one: CandidateEffect, screening: CandidateScreening
+    ) -> FilterErrorFit:
+        """Return a fit with a competitor added; the same is not fitted twice.
+
+        Raise FlightError if it runs away.
+        """
+        if fit is not self._tried_fit:
+            self._trials.clear()
+            self._tried_fit = fit
+        if one.id not in self._trials:
+            self._trials[one.id] = self.fitted(fit, one, screening, f"comparing: {one.title}")
+        return self._trials[one.id]
 
     def fit_with(
         self,

@@ -21,6 +21,7 @@ from gsapp.discrepancy.effect_selection import (
     screen_candidates,
     select_effect,
 )
+from gsapp.discrepancy.experiment_design import design_experiment, is_held_out
 from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, SettledFits
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
 from gsapp.discrepancy.results import DiscrepancyResult, InstrumentRemark
@@ -93,7 +94,7 @@ class Investigation:
         for one in self.maneuvers:
             number = seen.get(one.inputs, 0)
             seen[one.inputs] = number + 1
-            if number % 4 == 1:
+            if is_held_out(number):
                 kept.append(one.id)
         if not kept:
             kept = [self.maneuvers[len(self.maneuvers) // 2].id]
@@ -347,6 +348,9 @@ class _Search:
             false_alarm=settings.false_alarm,
         )
         found = with_structures(found, of.records, of.aircraft, tables=settings.tables)
+        self._tick("designing the next maneuvers")
+        one = design_experiment(kept, found.verdict, of.maneuvers, self._fitter.trial)
+        found = replace(found, experiment=one)
         self._done = 1.0
         self._tell("done")
         return found

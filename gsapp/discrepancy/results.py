@@ -17,6 +17,7 @@ from gsapp.discrepancy.effect_selection import EffectDecision
 from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import EffectClass
+from gsapp.flight.cards import CardSet, TestCard
 from gsapp.quantities import FloatArray
 
 DiscrepancyVerdict = Literal[
@@ -204,6 +205,30 @@ class InstrumentRemark:
     """Of the catalog, where kinematics alone prove it: a turned axis, two that are swapped."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DecidingExperiment:
+    """The smallest experiment that tells effects apart, or makes them show."""
+
+    purpose: Literal["separate", "show"]
+    effects: tuple[str, ...]
+    titles: tuple[str, ...]
+    """Between which it decides, the most probable first, or which it makes visible."""
+    cards: tuple[TestCard, ...] = ()  # What to fly.
+    separation: float = 0.0
+    """Standard deviations: the least by which it tells any two of the effects apart, or by which
+    any of usual size stands out, then with the flights so far."""
+    separation_now: float = 0.0  # The same of the flights so far.
+    target: float = 0.0  # What was wanted.
+
+    @property
+    def decides(self) -> bool:
+        return self.separation >= self.target
+
+    def card_set(self, aircraft: str) -> CardSet:
+        """Return the cards as a set for an aircraft."""
+        return CardSet(name="Experiment that decides", aircraft=aircraft, cards=self.cards)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnexplainedStructure:
     """The products without a name that one coefficient needs, together."""
@@ -240,6 +265,8 @@ class DiscrepancyResult:
     instruments: tuple[InstrumentRemark, ...] = ()
     warnings: tuple[str, ...] = ()
     structures: tuple[UnexplainedStructure, ...] = ()
+    experiment: DecidingExperiment | None = None
+    """What to fly next, where effects cannot be told apart or nothing could be seen."""
 
     @property
     def ranking(self) -> tuple[RankedCandidate, ...]:
@@ -275,6 +302,7 @@ def discrepancy_json(
         "instruments": [asdict(one) for one in found.instruments],
         "structures": [_structure(one) for one in found.structures],
         "warnings": found.warnings,
+        "experiment": None if found.experiment is None else _experiment(found.experiment),
         "model": None if model is None else str(model),
     }
     plain: dict[str, Any] = _plain(content)
@@ -328,6 +356,31 @@ def _structure(one: UnexplainedStructure) -> dict[str, Any]:
 def _alternative(one: Alternative) -> dict[str, Any]:
     # A reader of the ranking looks for "effect": one id, or all that act together.
     return {"effect": "+".join(one.effects), **asdict(one)}
+
+
+def _experiment(one: DecidingExperiment) -> dict[str, Any]:
+    return {
+        "purpose": one.purpose,
+        "effects": one.effects,
+        "maneuvers": [
+            {
+                "card": card.id,
+                "input": card.kind,
+                "surfaces": card.surfaces,
+                "amplitude": card.amplitudes,
+                "width": card.width,
+                "speed": card.speed,
+                "flap": card.flap,
+                "throttle_step": card.throttle_step,
+                "repeats": card.repeats,
+            }
+            for card in one.cards
+        ],
+        "separation": one.separation,
+        "separation_now": one.separation_now,
+        "target": one.target,
+        "decides": one.decides,
+    }
 
 
 def _step(one: ModelStep) -> dict[str, Any]:

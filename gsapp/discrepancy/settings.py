@@ -147,6 +147,25 @@ class DiscrepancyAlgorithmSettings:
     min_gap_sigmas: float = 3.0  # Size of a gap of which a share can be told.
     floor_ratio: float = 3.0  # Times the noise floor within which a model explains a sample.
 
+    # Experiment that decides.
+    experiment_separation: float = 5.0
+    """Standard deviations wanted. The log-likelihood ratio then is 12.5 +-5: in 95 % of flights
+    above the 3 that make a name."""
+    experiment_max_maneuvers: int = 6  # That count; more than a flight for it are not planned.
+    experiment_min_gain: float = 0.5  # Separation (sigmas) that an experiment must add.
+    experiment_refined_cards: int = 3  # Cards of which other shapes and sizes are tried.
+    experiment_amplitudes: tuple[float, ...] = (0.4, 0.8)
+    """Of the largest that limits of aircraft, sensors and linear model allow."""
+    experiment_speeds: int = 3  # Over the envelope ...
+    experiment_speed_reach: float = 1.15  # ... and no farther from speeds flown than this ratio.
+    experiment_stall_margin: float = 1.1  # Slowest speed over that of level flight.
+    experiment_flap_share: float = 0.5  # Of its travel.
+    experiment_throttle_step: float = 0.4
+    experiment_throttle_range: tuple[float, float] = (0.1, 0.95)
+    experiment_hands_off: float = 4.0  # After the input, s.
+    experiment_speed_step: float = 0.5  # m/s to which speeds of cards are rounded ...
+    experiment_amplitude_step: float = 0.5 * DEGREE  # ... and rad, amplitudes.
+
     # Result.
     cg_tolerance: float = 2.0  # mm: no search would see a smaller shift.
     change_significance: float = 0.003  # Chance of reporting values that did not change.

@@ -36,6 +36,7 @@ from gsapp.report.discrepancy_text import (
     disturbance_text,
     effect_class_text,
     effect_text,
+    experiment_text,
     format_confidence,
     format_p_value,
     gain_text,
@@ -155,6 +156,8 @@ def _in_short(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> Docume
         *(Paragraph(text=effect_text(one, units)) for one in found.effects),
         Paragraph(text=closed_gap_text(found)),
     ]
+    if found.experiment is not None:
+        parts.append(Paragraph(text=experiment_text(found.experiment, units)))
     if disturbance_text(found):
         parts.append(Paragraph(text=disturbance_text(found)))
     parts += [Paragraph(text=f"Note: {sentence}", kind="note") for sentence in found.warnings]

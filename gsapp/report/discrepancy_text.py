@@ -11,14 +11,23 @@ import numpy as np
 from gsapp.discrepancy.effect_catalog import find_effect
 from gsapp.discrepancy.results import (
     ChangedValue,
+    DecidingExperiment,
     Disagreement,
     DiscrepancyResult,
     FoundEffect,
     Gap,
 )
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
+from gsapp.flight.cards import TestCard
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import FloatArray, channel, clock_text, convert_value_and_std, from_si
+from gsapp.quantities import (
+    SURFACE_NAMES,
+    FloatArray,
+    channel,
+    clock_text,
+    convert_value_and_std,
+    from_si,
+)
 
 HEADLINES = {
     "effects-found": "The model lacks a named effect.",
@@ -46,6 +55,51 @@ def coefficient_label(coefficient: str) -> str:
 def effect_class_text(effect_class: str) -> str:
     """Return what the class of an effect means."""
     return _CLASSES[effect_class]
+
+
+def experiment_text(one: DecidingExperiment, system: str) -> str:
+    """Return what to fly next and what it will show, in one or two sentences."""
+    inputs = _joined([_card_text(card, system) for card in one.cards])
+    if one.purpose == "show":
+        goal = (
+            f"{len(one.effects)} effects of usual size stand {one.separation:.1f} standard "
+            f"deviations or more out of the noise (so far {one.separation_now:.1f})"
+        )
+    else:
+        first, *others = (f"“{title}”" for title in one.titles)
+        rest = _joined(others) if len(others) < 3 else f"{len(others)} others"
+        goal = f"{first} is told from {rest} by {one.separation:.1f} standard deviations"
+    if one.decides:
+        return f"To decide, fly {inputs}: {goal}."
+    return (
+        f"No few maneuvers are sure to decide. The best are {inputs}: {goal}; {one.target:.0f} are "
+        "wanted."
+    )
+
+
+def _joined(parts: Sequence[str]) -> str:
+    *first, last = parts
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _card_text(card: TestCard, system: str) -> str:
+    """Return "two elevator doublets of 4.5 deg at 85 ft/s, flap 20 deg"."""
+    spec = channel("V")
+    unit = spec.display_unit(system)
+    name = " and ".join(SURFACE_NAMES[surface] for surface in card.surfaces)
+    shape = f"{card.kind} input" if card.kind[0].isdigit() else card.kind
+    sizes = " and ".join(
+        f"{from_si(size, 'deg', 'angle'):.3g}" for size in card.amplitudes.values()
+    )
+    words = (
+        f"{card.repeats} {name} {shape}{'s' if card.repeats > 1 else ''} of {sizes} deg at "
+        f"{from_si(card.speed, unit, spec.quantity):.0f} {unit}"
+    )
+    if card.flap:
+        words += f" with flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
+    if card.throttle_step:
+        words += f", then {100.0 * card.throttle_step:+.0f} % throttle"
+    return words
 
 
 def closed_gap_text(found: DiscrepancyResult) -> str:

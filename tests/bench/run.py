@@ -7,6 +7,7 @@ python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb
 python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
 python3 packaging/bootstrap.py bench dirt 40 lags,clock    fewer flights, some kinds of dirt
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
+python3 packaging/bootstrap.py bench deciding_experiment   open searches decided: an hour
 """
 
 import importlib.util
@@ -37,6 +38,7 @@ BENCHMARKS = {
     "wanted_inputs": "inputs asked for, flown: limits used, noise left behind, best width",
     "discrepancy_speed": "CPU of a search for a missing effect, by phase",
     "discrepancy": "effects hidden in flights that JSBSim flew, named blind (hours)",
+    "deciding_experiment": "experiments designed for open searches, flown: decided, separation",
     "wizard": "the calibration wizard: keys, minutes, errors over bounds, faults named",
     "wizard_window": "the wizard's page: errors over bounds and faults named, 200 aircraft",
     "dangers": "false dangers over 40 whole flights; failing instruments named, and how late",
@@ -51,7 +53,7 @@ BENCHMARKS = {
     "real": "ATTAS and HFB-320 by default, beside published derivatives; their data in FOLDER",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
-ONLY_WHEN_NAMED = {"peers", "discrepancy", "day", "real", "dirt"}
+ONLY_WHEN_NAMED = {"peers", "discrepancy", "deciding_experiment", "day", "real", "dirt"}
 
 
 def load(name: str) -> ModuleType:

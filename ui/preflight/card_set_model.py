@@ -64,6 +64,7 @@ def create_card_fields(row: int) -> tuple[CardField, ...]:
         _number(row, "flap", tr("Flap"), "angle", "deg", "deg", 1),
         CardField(key=_key(row, "kind"), name=tr("Input"), kind="choice", choices=kinds),
         _number(row, "width", tr("Width of a step"), "time", "s", "s", 2),
+        _number(row, "throttle_step", tr("Throttle step"), "ratio", "%", "%", 0),
         CardField(key=_key(row, "repeats"), name=tr("Good repeats required"), kind="whole"),
         CardField(key=_key(row, "remarks"), name=tr("For the pilot"), kind="lines"),
     )

@@ -67,7 +67,7 @@ class CardEditor(FormPart[CardSet]):
         maneuver.add(self._field("surfaces", create_surfaces_field(0)))
         for surface in _SURFACES:
             maneuver.add(self._field(surface, create_amplitude_field(0, surface, alone=False)))
-        for name in ("width", "repeats", "remarks"):
+        for name in ("width", "throttle_step", "repeats", "remarks"):
             maneuver.add(self._field(name, plain[name]))
         for value in create_tolerance_fields(0):
             allowed.add(self._field(f"tolerance.{value.key[-1]}", value))

@@ -34,12 +34,20 @@ from gsapp.quantities import SURFACE_NAMES, channel, from_si
 
 
 def format_card(card: TestCard, system: str) -> str:
-    """Return what is flown and where: "aileron and rudder doublet at 100 ft/s"."""
+    """Return what is flown and where: "aileron and rudder doublet at 100 ft/s".
+
+    Flap and throttle are named where the card asks for them.
+    """
     spec = channel("V")
     unit = spec.display_unit(system)
     surfaces = " and ".join(SURFACE_NAMES[name] for name in card.surfaces)
     speed = from_si(card.speed, unit, spec.quantity)
-    return f"{surfaces} {card.kind} at {speed:.0f} {unit}"
+    words = f"{surfaces} {card.kind} at {speed:.0f} {unit}"
+    if card.flap:
+        words += f", flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
+    if card.throttle_step:
+        words += f", then throttle {100.0 * card.throttle_step:+.0f} %"
+    return words
 
 
 def format_stick_input(stick: Mapping[str, str]) -> str:

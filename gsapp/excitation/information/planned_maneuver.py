@@ -62,6 +62,11 @@ def simulate_maneuver(
     """
     deflections = simulate_surfaces(card, execution, aircraft, 1.0 / rate)
     count = next(iter(deflections.values())).size
+    if card.throttle_step:
+        end = count / rate - execution.hands_off
+        step = np.where(np.arange(count) / rate < end, 0.0, card.throttle_step)
+        lag = max(aircraft.propulsion.lag, INFORMATION.hand_time_constant)
+        deflections["throttle"] = filter_first_order(step, np.exp(-1.0 / (rate * lag)), 0.0)
     states = np.tile(np.array(motions.trim.state), (count, 1))
     inputs = np.tile(np.array(motions.trim.inputs), (count, 1))
     for name, moved in deflections.items():

@@ -91,6 +91,8 @@ class TestCard(StrictModel):
     """Above the field, m."""
     flap: Angle = 0.0
     """rad."""
+    throttle_step: Ratio = 0.0
+    """By how much the throttle is moved as the input ends, and held: -0.4 is 40 % less."""
     surfaces: tuple[CardSurface, ...]
     """``de``, ``da``, ``dr``: those moved, in the order in which they are moved."""
     kind: CardInputKind = "doublet"
@@ -132,6 +134,13 @@ class TestCard(StrictModel):
         sizes = value.values() if isinstance(value, Mapping) else (value,)
         if any(not 0.0 < size < FLIGHT_DATA.max_amplitude for size in sizes):
             raise ValueError("must lie between 0 and 45 deg; it is half of peak to peak")
+        return value
+
+    @field_validator("throttle_step")
+    @classmethod
+    def _must_be_a_share(cls, value: float) -> float:
+        if not -1.0 <= value <= 1.0:
+            raise ValueError("must lie from -1 to 1; 0.4 is 40 % more throttle")
         return value
 
     @field_validator("width")
