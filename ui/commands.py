@@ -17,12 +17,12 @@ from ui.translation import QT_TR_NOOP, tr
 
 CommandRequirement = Literal[
     "nothing", "flight", "replay", "recorder", "change", "undone_change", "search", "gap",
-    "gap_idle", "gap_next", "gap_effect", "charts", "marks", "alarms", "preflight", "checklist",
-    "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict", "pilot_training",
-    "pilot_flown", "review", "review_busy", "review_results", "review_written", "review_vanes",
-    "review_flights", "review_flight", "review_maneuver", "review_part", "review_open",
-    "review_folder", "review_log", "review_panel", "review_ready", "review_run", "review_figure",
-    "review_picture", "review_point",
+    "gap_idle", "gap_next", "gap_effect", "gap_cards", "charts", "marks", "alarms", "preflight",
+    "checklist", "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict",
+    "pilot_training", "pilot_flown", "review", "review_busy", "review_results", "review_written",
+    "review_vanes", "review_flights", "review_flight", "review_maneuver", "review_part",
+    "review_open", "review_folder", "review_log", "review_panel", "review_ready", "review_run",
+    "review_figure", "review_picture", "review_point",
 ]  # fmt: skip
 
 
@@ -371,6 +371,8 @@ COMMANDS: tuple[Command, ...] = (
         QT_TR_NOOP("Model gap"), "", "gap",
         _command("gap_save", QT_TR_NOOP("Save the revised model…"), "Ctrl+S", rule=True),
         _command("gap_report", QT_TR_NOOP("Write the report…"), "Ctrl+P", needs="gap_idle"),
+        _command("gap_cards", QT_TR_NOOP("Add the deciding maneuvers to the test cards"), "Ctrl+J",
+                 needs="gap_cards"),
     ),
     *_menu(
         QT_TR_NOOP("Help"), "", "nothing",

@@ -26,18 +26,17 @@ from tests.discrepancy.blind.flying import fly_case
 from tests.discrepancy.blind.plan import Move, Planned
 
 KINDS = (
-    "aero.Cm.alpha2", "aero.Cm.alphadot", "aero.Cm.speed", "aero.CX.speed", "aero.CZ.speed",
-    "aero.Cl.alpha_beta", "aero.Cn.alpha_beta", "aero.Cn.beta3", "aero.Cl.beta3", "aero.Cm.alpha_q",
-    "aero.CA.alpha2", "aero.CN.alpha2", "propulsion.Cm.throttle", "propulsion.thrust.scale",
-    "sensor.alpha.scale", "sensor.alpha.delay", "sensor.beta.delay",
+    "aero.Cm.speed", "aero.CX.speed", "aero.CZ.speed", "aero.Cl.alpha_beta", "aero.Cn.alpha_beta",
+    "aero.Cn.beta3", "aero.Cl.beta3", "aero.Cm.alphadot", "propulsion.thrust.scale",
+    "propulsion.Cm.throttle", "sensor.alpha.delay", "sensor.beta.lag",
 )  # fmt: skip
-SIZES = (1.0, 0.4)
+"""Effects that look like others at one speed."""
+SIZES = (0.7, 1.5)
 """Of what is typical."""
 RECORDINGS = (
-    Recording(),
     Recording(noise=2.0),
-    Recording(gust=0.3),
     Recording(noise=2.0, rate=50, attitude=False),
+    Recording(gust=0.3),
 )
 """What goes round with the seeds."""
 

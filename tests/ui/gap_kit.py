@@ -6,6 +6,7 @@ whether it draws that.
 
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from gsapp.discrepancy.results import (
     Alternative,
     ChangedValue,
     ChannelGap,
+    DecidingExperiment,
     Disagreement,
     DiscrepancyResult,
     FlightRegion,
@@ -27,6 +29,7 @@ from gsapp.discrepancy.results import (
     UnexplainedStructure,
 )
 from gsapp.dynamics.model import Model
+from gsapp.flight.cards import TestCard
 from ui.gap.search_jobs import EffectInfo, GapJob, GapReportJob, GapRequest, SearchResult
 from ui.job_process.job_server import JobProgressCallback
 
@@ -182,6 +185,19 @@ def make_discrepancy(
         instruments=(InstrumentRemark(channel="ay", words="a_y agrees.", consistent=True),),
         structures=structures,
     )  # fmt: skip
+
+
+def make_open(found: DiscrepancyResult) -> DiscrepancyResult:
+    """Return an answer that leaves open which of two effects it is, with what decides."""
+    card = TestCard(
+        id="X1", speed="30 m/s", surfaces=("de",), amplitude="3 deg", width="0.4 s",
+    )  # fmt: skip
+    experiment = DecidingExperiment(
+        purpose="separate", effects=(THROTTLE, "aero.Cm.speed"),
+        titles=(TITLES[THROTTLE], TITLES["aero.Cm.speed"]), cards=(card,), separation=6.2,
+        target=5.0,
+    )  # fmt: skip
+    return replace(found, verdict="ambiguous", experiment=experiment)
 
 
 NOTES = {

@@ -23,9 +23,11 @@ from pytestqt.qtbot import QtBot
 import ui.gap.gap_page
 import ui.main_window
 from gsapp.dynamics.model import load_model
+from gsapp.flight.cards import load_cards
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import trace_color
-from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
+from gsapp.quantities.constants import DEGREE
+from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine, make_open
 from tests.ui.window_kit import (
     ALT,
     CONTROL,
@@ -45,6 +47,7 @@ from ui.gap import gap_text
 from ui.gap.add_and_show import ForceEffectDialog
 from ui.gap.search_jobs import GapReportJob, GapRequest
 from ui.main_window import MainWindow
+from ui.settings import next_flight_path
 from ui.theme import THEMES
 from ui.widgets.paint_primitives import level_colors
 
@@ -708,3 +711,20 @@ def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story, qtbot, size, sca
     page.go_to_stage("find")
     QApplication.processEvents()
     check_map(story)
+
+
+def test_the_maneuver_that_decides_becomes_the_first_test_card(
+    story: MainWindow, engine: FakeEngine, qtbot: QtBot
+) -> None:
+    view = story.gap_page.result_view
+    assert not view.cards_button.isVisible()
+    assert not story.commands.actions["gap_cards"].isEnabled()
+    view.show_result(replace(view.result, discrepancy=make_open(view.result.discrepancy)))
+    assert "1 elevator doublet of 3 deg at 98 ft/s" in view.experiment_text.text()
+    assert view.cards_button.isVisible()
+    qtbot.mouseClick(view.cards_button, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(view.cards_button, Qt.MouseButton.LeftButton)  # The same is there once.
+    cards = load_cards(next_flight_path(story.store.path) / "cards.toml").cards
+    assert [one.id for one in cards[:2]] == ["X1", "E1"]
+    assert cards[0].amplitudes["de"] == pytest.approx(3.0 * DEGREE)
+    assert any("X1" in one for one in story.banners.texts())

@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QShowEvent
 
 from ui.background_job import BackgroundJob, JobProgress
@@ -39,6 +40,9 @@ class GapPage(JobPage):
 
     The pages are made when they are first seen: a window that only flies does without them.
     """
+
+    cards_requested = Signal(tuple)
+    """Test cards to fly next, of `TestCard`."""
 
     def __init__(
         self,
@@ -90,6 +94,7 @@ class GapPage(JobPage):
             "gap_force": self.force_effect,
             "gap_save": self.save_model,
             "gap_report": self.write_report,
+            "gap_cards": self.add_cards,
         }
 
     def _with_result_view(self, act: Callable[[GapResultView], object]) -> None:
@@ -135,6 +140,8 @@ class GapPage(JobPage):
         found.append("gap_idle")
         if result_view.chosen_effect and not self._is_refused(result_view.chosen_effect):
             found.append("gap_effect")
+        if result_view.experiment is not None:
+            found.append("gap_cards")
         return tuple(found)
 
     def _is_refused(self, effect: str) -> bool:
@@ -308,6 +315,11 @@ class GapPage(JobPage):
         dialog = ForceEffectDialog(self._style, choices, self)
         if dialog.exec() and dialog.selected_effect is not None:
             self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
+
+    def add_cards(self) -> None:
+        """Ask for the deciding maneuvers among the test cards."""
+        if self.result_view is not None and self.result_view.experiment is not None:
+            self.cards_requested.emit(self.result_view.experiment.cards)
 
     # Files
 

@@ -16,6 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.discrepancy.results import DecidingExperiment
+from gsapp.report.discrepancy_text import experiment_text
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.gap.add_and_show import AddStage, ShowStage
@@ -128,6 +130,16 @@ class GapResultView(ScrollingPage):
         self.reason = create_label("", wrap=True, remarks_in=self._style)
         self.reason.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         head.addWidget(self.reason)
+        row = QHBoxLayout()
+        row.setSpacing(self._style.px(10))
+        self.experiment_text = create_label("", wrap=True)
+        self.experiment_text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.cards_button = ActionButton(
+            self._actions["gap_cards"], tr("Add to test cards"), self._style
+        )
+        row.addWidget(self.experiment_text, 1)
+        row.addWidget(self.cards_button, 0, Qt.AlignmentFlag.AlignTop)
+        head.addLayout(row)
         self.about = create_label("", "hint", wrap=True)
         head.addWidget(self.about)
         return head
@@ -218,6 +230,15 @@ class GapResultView(ScrollingPage):
         self._sign.show_state(verdict_state(result.discrepancy))
         self.reason.setText(result.discrepancy.why)
         self.about.setText(result.request.text)
+        one = self.experiment
+        self.experiment_text.setText("" if one is None else experiment_text(one, self._style.units))
+        for part in (self.experiment_text, self.cards_button):
+            part.setVisible(one is not None)
+
+    @property
+    def experiment(self) -> DecidingExperiment | None:
+        """Return what to fly next, if the search left a question open."""
+        return None if self.result is None else self.result.discrepancy.experiment
 
     def _choose(self, selection: GapSelection) -> None:
         former = self.selection

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
@@ -189,6 +190,10 @@ def find_cards_state(
 _CARDS = ("cards",)
 
 
+def _is_same_but_id(one: TestCard, other: TestCard) -> bool:
+    return one.model_copy(update={"id": other.id}) == other
+
+
 class CardSetModel:
     """One set of cards."""
 
@@ -248,6 +253,29 @@ class CardSetModel:
         if file is not None and editor is not None:
             editor.set_values({_CARDS: file.with_duplicated_row(row)})
         return row + 1
+
+    def insert_first(self, cards: Sequence[TestCard]) -> tuple[str, ...]:
+        """Put cards before all others, where they are not there yet; return their ids.
+
+        Raise FlightError if they cannot be written.
+        """
+        file, editor = self.file, self.editor
+        if file is None or editor is None:
+            return ()
+        held = {card.id: card for card in file.model.cards}
+        ids, new = [], []
+        for card in cards:
+            name = next((name for name, one in held.items() if _is_same_but_id(one, card)), None)
+            if name is None:
+                numbers = (f"X{number}" for number in itertools.count(1))
+                name = next(one for one in numbers if one not in held)
+                held[name] = card.model_copy(update={"id": name})
+                new.append(held[name])
+            ids.append(name)
+        if new:
+            editor.set_values({_CARDS: [*CardSet(cards=tuple(new)).content()["cards"], *file.rows]})
+            editor.save()
+        return tuple(ids)
 
     def remove(self, row: int) -> bool:
         """Take a card out; return whether it could go: the last one stays."""

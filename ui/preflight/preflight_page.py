@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
@@ -14,12 +14,13 @@ from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReporter
 from ui.flight_controller import FlightController
 from ui.preflight.preflight_steps import PREFLIGHT_STEPS, PreflightStepPage
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, next_flight_path
 from ui.translation import QT_TR_NOOP, tr
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.step_page import AbstractStepPage, MultiStepPage
 
 if TYPE_CHECKING:
+    from gsapp.flight.cards import TestCard
     from ui.preflight.preflight_model import PreflightModel
     from ui.preflight.wizard_controller import Prompter
     from ui.preflight.wizard_page import WizardPage
@@ -163,6 +164,33 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
         if self._wizard_page is not None:
             self._wizard_page.close_run()
             self._wizard_page.practice.stop()
+
+    def add_cards(self, cards: Sequence[TestCard]) -> None:
+        """Put test cards before all others: of the live flight, else of the next one."""
+        from ui.preflight.card_set_model import CardSetModel
+
+        session = self._controller.session
+        target = self.model.cards
+        if self._controller.is_replay:
+            # What was flown has its cards.
+            session, target = None, CardSetModel()
+            target.set_flight(None, next_flight_path(self._store.path), self.model.aircraft)
+        try:
+            ids = target.insert_first(cards)
+            if session is not None and target.cards is not None:
+                session.crew_cues.set_cards(target.cards)
+        except GroundStationError as error:
+            self._error_reporter.report(error)
+            return
+        for page in self.pages.values():
+            if isinstance(page, PreflightStepPage):
+                page.set_model(self.model)
+        names = ", ".join(ids)
+        if session is not None:
+            text = tr("Test cards {names} come first on the Pilot page.").format(names=names)
+        else:
+            text = tr("Test cards {names} come first in the next flight.").format(names=names)
+        self._banners.show_banner("note", text)
 
     def start_flight(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""
