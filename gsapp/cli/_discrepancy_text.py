@@ -88,13 +88,13 @@ def _name(console: PlainConsole, found: DiscrepancyResult) -> None:
         console.print_sentence(effect_text(effect, DISPLAY_UNITS.get()))
         if effect.runner_up:
             console.print_sentence(f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.")
+    if found.alternatives:
+        console.print_sentence("These flights look the same with each of these:")
     for other in found.alternatives:
-        console.print_sentence(
-            f"These flights cannot distinguish it from {' and '.join(other.effects)}"
-        )
-        console.print_sentence(f"  {other.title}: {other.why}")
+        names = " and ".join(other.effects)
+        console.print_sentence(f"  {names}: {other.title}; {other.why}")
         if other.fly:
-            console.print_sentence(f"  To distinguish, fly: {other.fly}")
+            console.print_sentence(f"    To distinguish, fly: {other.fly}")
     if disturbance_text(found):
         console.print_sentence(disturbance_text(found))
     if not found.effects and not found.alternatives:
@@ -111,7 +111,7 @@ def _ranking(console: PlainConsole, step: ModelStep) -> Table:
     table.add_column("effect", no_wrap=True)
     # What stands in words gives way; the numbers do not.
     table.add_column("in words", no_wrap=True, max_width=max(10, console.width - names - _NUMBERS))
-    for heading in ("gain", "evidence", "left out"):
+    for heading in ("gain", "evidence", "held out"):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in shown:
         table.add_row(
@@ -148,7 +148,7 @@ def _add(console: PlainConsole, found: DiscrepancyResult) -> None:
 
 
 def _show(console: PlainConsole, found: DiscrepancyResult) -> None:
-    from gsapp.report.discrepancy_text import closed_gap_text, rms_rows
+    from gsapp.report.discrepancy_text import closed_gap_text, residual_remarks, rms_rows
 
     console.print_sentence("\n4. Show: does the gap shrink?", "bold")
     if found.gap.channels:
@@ -160,6 +160,8 @@ def _show(console: PlainConsole, found: DiscrepancyResult) -> None:
         where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
         console.print_sentence(f"residual, {where}", "italic")
         console.print(_filled(console, headings, rows))
+        for remark in residual_remarks(found):
+            console.print_sentence(remark)
     if len(found.steps) > 1:
         falls = ", ".join(
             f"{step.misfit:z.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]

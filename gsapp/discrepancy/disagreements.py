@@ -34,6 +34,7 @@ _SHARED_SENSOR_CHANNEL: Final = {
     "air_data.y": "V", "air_data.z": "V", "airdata.delay": "V", "alpha_vane.x": "alpha",
     "alpha_vane.y": "alpha", "boom.x": "alpha", "beta_vane.x": "beta", "beta_vane.z": "beta",
     "attitude.delay": "phi", "inertial.delay": "q", "surfaces.delay": "de",
+    "attitude.scale": "phi", "gyros.scale": "p",
 }  # fmt: skip
 """Channel that shows most of what several instruments have in common."""
 

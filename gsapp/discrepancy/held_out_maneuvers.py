@@ -23,14 +23,22 @@ from gsapp.identification.coefficients import (
     reconstruct_coefficients,
 )
 from gsapp.identification.filter_error.equation_jacobian import CONTROLS
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
+from gsapp.identification.filter_error.filter_error_fit import (
+    FilterErrorFit,
+    InformationMatrix,
+    bias_name,
+)
 from gsapp.identification.filter_error.maneuver_state import ManeuverState
 from gsapp.identification.filter_error.motion_linearization import (
     ManeuverRecord,
     bias_sensitivity,
     outputs_along,
 )
-from gsapp.identification.filter_error.noise_model import NoiseModel, sample_variance
+from gsapp.identification.filter_error.noise_model import (
+    MIN_NOISE_STD,
+    NoiseModel,
+    sample_variance,
+)
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 
@@ -45,9 +53,17 @@ class MissingCoefficients:
 
 
 def compute_missing_coefficients(
-    record: ManeuverRecord, models: Sequence[Model], noise: NoiseModel, coefficients: Sequence[str]
+    record: ManeuverRecord,
+    models: Sequence[Model],
+    noise: NoiseModel,
+    coefficients: Sequence[str],
+    zeros: FloatArray,
 ) -> MissingCoefficients:
-    """Return measured minus modeled coefficients under each model, smoothed alike."""
+    """Return measured minus modeled coefficients under each model, smoothed alike.
+
+    `zeros`, shape (n_channels,): zero errors that the models found; they are no missing part.
+    """
+    record = _calibrated(record, zeros)
     found = reconstruct_coefficients(record.maneuver, motion=record.motion, cutoff=SEARCH.cutoff)
     aircraft = record.maneuver.aircraft
     bare = flight_model_without_aero(aircraft)
@@ -62,6 +78,20 @@ def compute_missing_coefficients(
         histories=tuple(histories),
         floors={name: floors[NEGATED_COEFFICIENTS.get(name, name)] for name in coefficients},
     )
+
+
+def _calibrated(record: ManeuverRecord, zeros: FloatArray) -> ManeuverRecord:
+    """Return a record without these zero errors of its channels."""
+    off = zeros * bias_sensitivity(record, record.motion.state("V"))
+    block, states = record.maneuver.block, record.motion.states.copy()
+    values = block.values.copy()
+    for column, name in enumerate(record.channels):
+        if name in POLAR_STATES:
+            states[:, POLAR_STATES.index(name)] -= off[:, column]
+        elif name in block.channels:
+            values[:, block.channels.index(name)] -= off[:, column]
+    maneuver = replace(record.maneuver, block=replace(block, values=values))
+    return replace(record, maneuver=maneuver, motion=replace(record.motion, states=states))
 
 
 def _body_axis_column(left: FloatArray, name: str) -> FloatArray:
@@ -222,6 +252,11 @@ class HeldOutManeuvers:
             )
             for place, record in enumerate(self._records)
         )
+
+    def zeros_of(self, record: ManeuverRecord) -> FloatArray:
+        """Return the zero error of each channel of a maneuver under the last model."""
+        known = {**self._kept[-1].biases, **self.fits[-1].biases}
+        return np.array([known[bias_name(record.flight, name)] for name in record.channels])
 
     def noise_floor(self, record: ManeuverRecord, name: str) -> float:
         """Return the noise of a channel, standard deviation of a sample.
@@ -506,6 +541,7 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
         theil_after=fits[1].theil,
         within_before=within[0],
         within_after=within[1],
+        floor_is_bound=floor <= 1.001 * MIN_NOISE_STD[name],
     )
 
 
@@ -543,8 +579,8 @@ def maneuver_histories(
     for one in held.simulated:
         record = one.record
         noise = held.noise.get(record.flight, next(iter(held.noise.values())))
-        part: MissingCoefficients = compute_missing_coefficients(
-            record, models, noise, coefficients
+        part = compute_missing_coefficients(
+            record, models, noise, coefficients, held.zeros_of(record)
         )
         found.append(
             ManeuverHistories(

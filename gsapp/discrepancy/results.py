@@ -143,6 +143,8 @@ class ChannelGap:
     within_before: float
     within_after: float
     """Share of samples within three noise floors."""
+    floor_is_bound: bool = False
+    """Whether the record shows less noise than `floor`: no instrument is believed better."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -469,9 +471,10 @@ def explain_verdict(found: DiscrepancyResult, decision: EffectDecision) -> str:
         ]
     unnamed = [one.title for one in found.effects if not one.named and not one.forced]
     if unnamed:
+        it, terms = ("them", "terms") if len(unnamed) > 1 else ("it", "a term")
         sentences.append(
-            f"Found, not understood: {', '.join(unnamed)}; the catalog has no effect like it. The "
-            "model holds it as a term without a name."
+            f"Found, not understood: {', '.join(unnamed)}; the catalog has no effect like {it}. "
+            f"The model holds {it} as {terms} without a name."
         )
         if decision.kind == "nothing" and found.verdict == "unexplained":
             sentences.append("But for this the model explains these flights to the noise level.")

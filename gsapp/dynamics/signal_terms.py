@@ -56,6 +56,8 @@ INSTRUMENT_BOXES: dict[str, tuple[str, ...]] = {
     "surfaces": INPUT_CHANNELS,
 }
 """Instruments that share a clock, and so are late together: either all inputs or none."""
+SCALED_GROUPS: dict[str, tuple[str, ...]] = {"gyros": ("p", "q", "r"), "attitude": ("phi", "theta")}
+"""Instruments of one kind, which one factor of units or calibration scales together."""
 SWAPPABLE_PAIRS = (
     ("p", "q"), ("p", "r"), ("q", "r"), ("ax", "ay"), ("ax", "an"), ("ay", "an"),
     ("alpha", "beta"),
@@ -591,5 +593,5 @@ def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse
 
 
 def channels_of_target(name: str) -> tuple[str, ...]:
-    """Return the channels that a target ``sensor.<name>`` stands for: one, or those of a box."""
-    return INSTRUMENT_BOXES.get(name, (name,))
+    """Return the channels that a target ``sensor.<name>`` stands for: one, or those of a group."""
+    return INSTRUMENT_BOXES.get(name) or SCALED_GROUPS.get(name) or (name,)

@@ -41,6 +41,7 @@ from gsapp.report.discrepancy_text import (
     format_p_value,
     gain_text,
     parameter_rows,
+    residual_remarks,
     rms_rows,
     value_with_std,
 )
@@ -239,7 +240,7 @@ def _name(found: DiscrepancyResult) -> DocumentSection:
         parts.append(
             DocumentTable(
                 caption="Named",
-                columns=("effect", "in words", "confidence", "next best", "margin", "left out"),
+                columns=("effect", "in words", "confidence", "next best", "margin", "held out"),
                 rows=tuple(
                     (
                         one.effect,
@@ -320,7 +321,9 @@ def _add(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSec
 def _show(
     found: DiscrepancyResult, units: DiscrepancyReportUnits, overlays: Sequence[ManeuverHistories]
 ) -> DocumentSection:
-    parts: list[DocumentPart] = [Paragraph(text=closed_gap_text(found))]
+    parts: list[DocumentPart] = [
+        Paragraph(text=text) for text in (closed_gap_text(found), *residual_remarks(found))
+    ]
     if found.gap.channels:
         parts.append(gap_figure(found))
     if len(found.steps) > 1:

@@ -119,13 +119,29 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
     return f"On {where} (held out) {100.0 * gap.closed:.{digits}f}{spread} % of the gap was closed."
 
 
+def residual_remarks(found: DiscrepancyResult) -> tuple[str, ...]:
+    """Return what to know of residuals and their noise, as sentences."""
+    remarks = []
+    if found.disturbance.get("gust"):
+        remarks.append(
+            "Simulations fly in still air: what the gusts did to the aircraft stands in these "
+            "residuals."
+        )
+    if any(one.floor_is_bound for one in found.gap.channels.values()):
+        remarks.append(
+            "≤: the record shows less noise than an instrument is believed to have; even small "
+            "errors of a model are many times that."
+        )
+    return tuple(remarks)
+
+
 def disturbance_text(found: DiscrepancyResult) -> str:
     """Return what is said of gusts; empty where there were none."""
     gust = found.disturbance.get("gust")
     if not gust:
         return ""
     std = found.disturbance.get("gust_std")
-    spread = "" if std is None else f" ± {std:.2f}"
+    spread = "" if std is None or std < 0.005 else f" ± {std:.2f}"
     return (
         f"The air was not calm: gusts of {gust:.2f}{spread} m/s (rms). They are a disturbance, "
         "not a model effect."
@@ -236,6 +252,8 @@ def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str,
             f"{from_si(value, unit, spec.quantity) - zero:.3g}"
             for value in (one.before, one.after, one.floor)
         )
+        if one.floor_is_bound:
+            floor = f"≤ {floor}"
         rows.append((f"{name} [{unit}]" if unit else name, before, after, floor))
     return tuple(rows)
 

@@ -377,7 +377,7 @@ def test_the_table_tells_every_effect_or_its_family() -> None:
         )
         surface = f"sensor.<de|da|dr|flap>.{kind}"
         assert name in text or family in text or surface in text, name
-    assert "257 effects" in text
+    assert "259 effects" in text
     assert "three scales" in text
 
 

@@ -18,6 +18,7 @@ from gsapp.dynamics.effects.effect_registration import (
 from gsapp.dynamics.signal_terms import (
     INPUT_CHANNELS,
     INSTRUMENT_BOXES,
+    SCALED_GROUPS,
     SENSOR_CHANNELS,
     SURFACE_CHANNELS,
     SWAPPABLE_PAIRS,
@@ -391,6 +392,46 @@ def _register_boxes() -> None:
         register_term(term, _box_guidance(box))
 
 
+_SCALED_TITLES = {
+    "gyros": "All gyros have the same scale error",
+    "attitude": "Bank and pitch angle have the same scale error",
+}
+_ON_GROUND = {
+    "gyros": "turning the aircraft on the ground by a known angle and integrating the gyro",
+    "attitude": "tilting the aircraft on the ground by a known angle",
+}
+
+
+def _register_scaled_groups() -> None:
+    for group, channels in SCALED_GROUPS.items():
+        (other,) = SCALED_GROUPS.keys() - {group}
+        term = ScaleFactor(
+            id=f"sensor.{group}.scale",
+            title=_SCALED_TITLES[group],
+            equation=f"recorded = scale * true for {', '.join(channels)}",
+            parameters=(
+                Parameter("scale", "", 1.03, (0.5, 2.0), "recorded over true", neutral=1.0),
+            ),
+            target=f"sensor.{group}",
+            reads=("signal",),
+        )
+        register_term(
+            term,
+            EffectGuidance(
+                mistaken_for=(
+                    f"sensor.{other}.scale",
+                    *(f"sensor.{channel}.scale" for channel in channels),
+                ),
+                separated_by="banks and pull-ups, large and slow, with all gyros, attitude and "
+                "accelerometers recorded: the compatibility check needs no aerodynamics; "
+                f"{_ON_GROUND[group]} shows it at once",
+                effect_class="B",
+                needs=channels,
+                source=_KINEMATICS,
+            ),
+        )
+
+
 def _small(channel: str) -> str:
     title = _INSTRUMENT_TITLES[channel]
     return title[0].lower() + title[1:]
@@ -426,7 +467,11 @@ _POSITION_TITLES = {
     "air_data": "Pitot tube",
     "boom": "Boom with both vanes",
 }
-_AXIS_TITLES = {"x": "further forward or aft", "y": "to one side", "z": "higher or lower"}
+_AXIS_TITLES = {
+    "x": "further forward or aft than",
+    "y": "to one side of where it is",
+    "z": "higher or lower than",
+}
 _POSITIONS = {
     "sensor.alpha_vane.x": ("aero.CN.q", "sensor.alpha.delay", "sensor.alpha.lag"),
     "sensor.alpha_vane.y": ("aero.CN.p", "sensor.alpha.scale"),
@@ -472,7 +517,7 @@ def _register_positions() -> None:
             f"place.{instrument}.{axis}",
             "m",
             _of_span(0.02 if instrument == "accelerometer" else 0.1),
-            f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than in the aircraft file",
+            f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} in the aircraft file",
             EffectGuidance(
                 mistaken_for=alike,
                 separated_by=_VANE_AHEAD
@@ -490,5 +535,6 @@ def _register_positions() -> None:
 for _channel in SENSOR_CHANNELS:
     _register_channel(_channel)
 _register_boxes()
+_register_scaled_groups()
 _register_pairs()
 _register_positions()

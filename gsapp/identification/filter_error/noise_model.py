@@ -21,7 +21,7 @@ ROTATIONS = ("p", "q", "r")
 _MEDIAN_OF_NORMAL = 0.6745
 _RHO = np.concatenate(([0.0], np.linspace(0.3, 0.9, 61)))
 """Correlations that are tried; what changes more slowly than the last is a bias or turbulence."""
-_MIN_STD: Mapping[str, float] = {
+MIN_NOISE_STD: Mapping[str, float] = {
     "V": 0.02,
     "ax": 0.01,
     "ay": 0.01,
@@ -103,7 +103,7 @@ class NoiseModel:
 
     def with_variances(self, variances: Mapping[str, float]) -> NoiseModel:
         """Return the model with other instrument noise."""
-        bounded = {name: max(one, _MIN_STD[name] ** 2) for name, one in variances.items()}
+        bounded = {name: max(one, MIN_NOISE_STD[name] ** 2) for name, one in variances.items()}
         return replace(self, variances=bounded)
 
     @property
@@ -189,7 +189,7 @@ def _from_differences(record: ManeuverRecord, name: str) -> float:
     column = record.channels.index(name)
     samples = np.where(record.valid[:, column], record.measured[:, column], np.nan)
     found = _third_differences(samples)
-    return _MIN_STD[name] ** 2 if found is None else found
+    return MIN_NOISE_STD[name] ** 2 if found is None else found
 
 
 def _third_differences(samples: FloatArray) -> float | None:
