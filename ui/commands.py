@@ -20,7 +20,7 @@ CommandRequirement = Literal[
     "gap_idle", "gap_next", "gap_effect", "gap_cards", "charts", "marks", "alarms", "preflight",
     "checklist", "checklist_ticked", "cards", "card", "pilot", "pilot_cards", "pilot_verdict",
     "pilot_training", "pilot_flown", "review", "review_busy", "review_results", "review_written",
-    "review_vanes", "review_flights", "review_flight", "review_maneuver", "review_part",
+    "review_instruments", "review_flights", "review_flight", "review_maneuver", "review_part",
     "review_open", "review_folder", "review_log", "review_panel", "review_ready", "review_run",
     "review_figure", "review_picture", "review_point",
 ]  # fmt: skip
@@ -338,7 +338,7 @@ COMMANDS: tuple[Command, ...] = (
                  needs="review_written"),
         _command("review_copy", QT_TR_NOOP("Copy the table"), "Ctrl+C"),
         _command("review_update_aircraft", QT_TR_NOOP("Update vanes in the aircraft file"),
-                 "Ctrl+Alt+U", needs="review_vanes"),
+                 "Ctrl+Alt+U", needs="review_instruments"),
         _command("review_compare", QT_TR_NOOP("Compare linear models with flight"), "Ctrl+Alt+L"),
     ),
     *_menu(

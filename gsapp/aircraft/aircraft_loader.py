@@ -46,8 +46,8 @@ def write_sensor_values(path: Path, values: Mapping[str, Mapping[str, float]]) -
     path : Path
         Of the user's own aircraft.
     values : mapping of str to mapping of str to float
-        By the name of the instrument, such as ``alpha_vane``: ``position`` (x from the CG, m, body
-        axes), ``bias`` (rad), ``upwash``.
+        By the name of the instrument, such as ``alpha_vane``: ``x`` and ``y`` (position from the
+        CG, m, body axes), ``bias`` (rad), ``upwash``.
 
     Raises
     ------
@@ -65,11 +65,14 @@ def write_sensor_values(path: Path, values: Mapping[str, Mapping[str, float]]) -
     document = tomlkit.parse(path.read_text(encoding="utf-8"))
     sensors = document.setdefault("sensors", tomlkit.table(is_super_table=True))
     for name, entries in values.items():
-        _, y, z = getattr(aircraft.sensors, name).position
         sensor = sensors.setdefault(name, tomlkit.table())
-        across = sensor["position"][1:] if "position" in sensor else (f"{y:g} m", f"{z:g} m")
-        if (ahead := entries.get("position")) is not None:
-            sensor["position"] = [f"{ahead:.4g} m", *(str(one) for one in across)]
+        place = [f"{one:g} m" for one in getattr(aircraft.sensors, name).position]
+        stated = [str(one) for one in sensor.get("position", place)]
+        moved = {axis: f"{entries[axis]:.4g} m" for axis in "xy" if axis in entries}
+        if moved:
+            sensor["position"] = [
+                moved.get(axis, text) for axis, text in zip("xyz", stated, strict=True)
+            ]
         if (bias := entries.get("bias")) is not None:
             sensor["bias"] = f"{bias / DEGREE:.3g} deg"
         if (upwash := entries.get("upwash")) is not None:

@@ -123,13 +123,13 @@ def estimate(
 
 
 def _update_aircraft(console: PlainConsole, outcome: RunOutcome) -> None:
-    from gsapp.identification.runs.run_execution import accept_vanes
+    from gsapp.identification.runs.run_execution import accept_instruments
 
-    if not outcome.vanes:
-        console.print("the vanes are as the aircraft file says; it stays as it is")
+    if not outcome.sensor_values:
+        console.print("the instruments are as the aircraft file says; it stays as it is")
         return
-    for path in accept_vanes(outcome):
-        console.print(f"vanes updated in {path}", soft_wrap=True)
+    for path in accept_instruments(outcome):
+        console.print(f"instruments updated in {path}", soft_wrap=True)
 
 
 def _check_derivatives(names: Sequence[str], model: object) -> None:

@@ -204,8 +204,8 @@ class EstimateSettings(ManeuverSettings, FitSettings):
     instruments: Literal["find", "file"] = setting(
         "find", QT_TR_NOOP("Instruments"),
         QT_TR_NOOP("find: where instruments contradict each other, correct the position of a vane "
-                   "or the delay of a channel with which they agree, and say so; file: as in the "
-                   "aircraft file."),
+                   "or of the accelerometers, or the delay of a channel, with which they agree, "
+                   "and say so; file: as in the aircraft file."),
         option="--instruments",
         choices=(("find", QT_TR_NOOP("Find")), ("file", QT_TR_NOOP("As in the aircraft file"))))
     differentiator: Literal["smoothed", "central"] = setting(

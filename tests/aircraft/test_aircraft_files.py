@@ -110,8 +110,9 @@ def test_values_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -> N
     write_sensor_values(
         path,
         {
-            "alpha_vane": {"position": 1.25, "bias": 0.01, "upwash": 1.1},
-            "beta_vane": {"position": 0.5},
+            "alpha_vane": {"x": 1.25, "bias": 0.01, "upwash": 1.1},
+            "beta_vane": {"x": 0.5},
+            "accelerometer": {"y": -0.25},
         },
     )
     sensors = load_aircraft(path).sensors
@@ -119,11 +120,12 @@ def test_values_of_sensors_are_written_and_all_else_is_kept(tmp_path: Path) -> N
     assert sensors.alpha_vane.bias == pytest.approx(0.01, abs=1e-5)
     assert sensors.alpha_vane.upwash == pytest.approx(1.1)
     assert sensors.beta_vane.position == pytest.approx((0.5, 0.0, -2 * 0.0254))
+    assert sensors.accelerometer.position == pytest.approx((0.0, -0.25, 0.0))
     assert path.read_text().startswith(MINIMAL + "# as bought\n")
 
 
 def test_a_shipped_aircraft_is_never_written() -> None:
     before = SHIPPED_AIRCRAFT.find("b777").read_text()
     with pytest.raises(FlightError, match="--aircraft FILE"):
-        write_sensor_values(SHIPPED_AIRCRAFT.find("b777"), {"alpha_vane": {"position": 1.0}})
+        write_sensor_values(SHIPPED_AIRCRAFT.find("b777"), {"alpha_vane": {"x": 1.0}})
     assert SHIPPED_AIRCRAFT.find("b777").read_text() == before

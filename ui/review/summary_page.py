@@ -301,18 +301,18 @@ class SummaryPage(ReviewStepPage):
             self.writer.export_file(self._outcome, self.file.current_key, self.linear.comparison)
 
     def _update_aircraft_file(self) -> None:
-        from gsapp.identification.runs.run_execution import accept_vanes
+        from gsapp.identification.runs.run_execution import accept_instruments
 
         if self._outcome is None:
             return
         try:
-            files = accept_vanes(self._outcome)
+            files = accept_instruments(self._outcome)
         except (GroundStationError, OSError) as error:
             self.instruments.setText(join_sentences((str(error),)))
             return
         self._accepted = self._outcome
         names = ", ".join(str(one) for one in files)
-        self.instruments.setText(tr("Vanes updated in {names}.").format(names=names))
+        self.instruments.setText(tr("Instruments updated in {names}.").format(names=names))
         self.changed.emit()
 
     @property
@@ -320,8 +320,8 @@ class SummaryPage(ReviewStepPage):
         found: list[CommandRequirement] = []
         if self._outcome is not None:
             found.append("review_results")
-            if self._outcome.vanes and self._outcome is not self._accepted:
-                found.append("review_vanes")
+            if self._outcome.sensor_values and self._outcome is not self._accepted:
+                found.append("review_instruments")
         if self.writer.written is not None:
             found.append("review_written")
         return tuple(found)
@@ -375,7 +375,7 @@ class SummaryPage(ReviewStepPage):
         self.attention.setVisible(bool(lines))
         self.instruments.setText(join_sentences(one.text for one in outcome.instruments))
         self.instruments.setVisible(bool(outcome.instruments))
-        self.update_aircraft.setVisible(bool(outcome.vanes))
+        self.update_aircraft.setVisible(bool(outcome.sensor_values))
         self.attention_heading.setText(
             tr("Needs attention") if lines or outcome.instruments else tr("Nothing needs attention")
         )

@@ -6,10 +6,10 @@
 from gsapp.identification.compatibility.compatibility_check import (
     check_compatibility,
 )
-from gsapp.identification.compatibility.error_selection import (
+from gsapp.identification.compatibility.error_selection import find_instrument_errors
+from gsapp.identification.compatibility.instrument_error import (
     InstrumentError,
     correct_instruments,
-    find_instrument_errors,
 )
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,

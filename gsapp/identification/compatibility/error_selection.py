@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import log
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.identification.compatibility.instrument_error import InstrumentError
 from gsapp.identification.compatibility.instrument_error_fit import (
     InstrumentErrorFit,
     at_limit,
@@ -16,7 +17,6 @@ from gsapp.identification.compatibility.instrument_error_fit import (
     likelihood_gains,
     nominal_value,
 )
-from gsapp.identification.compatibility.results import format_error_with_bound
 from gsapp.identification.compatibility.segments import CompatibilitySegment, prepare_segments
 from gsapp.identification.compatibility.settings import (
     COMPATIBILITY,
@@ -27,12 +27,6 @@ from gsapp.identification.compatibility.settings import (
     CompatibilitySettings,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.record_preparation import (
-    advance_channels,
-    advance_flags,
-    subtract_biases,
-)
-from gsapp.quantities.fields import Position
 
 
 def scale_settings(settings: CompatibilitySettings, aircraft: Aircraft) -> CompatibilitySettings:
@@ -86,81 +80,6 @@ def select_errors(
     return found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentError:
-    """An instrument that is not as the aircraft file says, by kinematics alone.
-
-    Attributes
-    ----------
-    channel : str
-    kind : {"position", "delay", "bias", "scale"}
-    value, std : float
-        Distance of a vane ahead of its position in the aircraft file, m; delay, s; zero of a vane,
-        rad; what a vane shows over what it should.
-    position : tuple of float or None
-        Of a vane, from the CG of the aircraft file, m.
-    file_value : float or None
-        What the aircraft file should state of a vane: its zero (rad), or its upwash.
-    alternatives : tuple of str
-        What explains the records as well: names of errors, as ``q.delay``, or words.
-    """
-
-    channel: str
-    kind: str
-    value: float
-    std: float
-    position: Position | None = None
-    file_value: float | None = None
-    alternatives: tuple[str, ...] = ()
-
-    @property
-    def file_entry(self) -> tuple[str, float] | None:
-        """Return the key in the vane's section of the aircraft file, and its value there (SI).
-
-        Of a position the value is x. None where the section cannot hold it.
-        """
-        if self.position is not None:
-            return "position", self.position[0]
-        if self.file_value is None:
-            return None
-        return {"bias": "bias", "scale": "upwash"}[self.kind], self.file_value
-
-    @property
-    def text(self) -> str:
-        """Return it as a sentence."""
-        name = f"{self.channel}.{self.kind}"
-        shown = self.value if self.kind == "scale" else abs(self.value)
-        value, std = format_error_with_bound(name, shown, self.std)
-        spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
-        doubt = ""
-        if self.alternatives:
-            doubt = f" (these maneuvers do not rule out {' or '.join(self.alternatives)} instead)"
-        section = f"sensors.{self.channel}_vane"
-        if self.kind == "bias":
-            way = "too much" if self.value > 0.0 else "too little"
-            stated, _ = format_error_with_bound(name, self.file_value or 0.0, self.std)
-            return (
-                f"the {self.channel} vane appears to show {spread} {way} against the axes of the "
-                f'gyros{doubt}, and is corrected: state {section}.bias = "{stated}"'
-            )
-        if self.kind == "scale":
-            return (
-                f"the {self.channel} vane appears to show {spread} times what the aircraft file "
-                f"says{doubt}, and is corrected: state {section}.upwash = {self.file_value:.3g}"
-            )
-        if self.position is None:
-            return (
-                f"{self.channel} appears to be {spread} late{doubt}, and "
-                "is used at its right time: state its lag or delay in the aircraft file"
-            )
-        side = "ahead of" if self.value > 0.0 else "behind"
-        return (
-            f"the {self.channel} vane appears to be {spread} {side} its "
-            f"position in the aircraft file{doubt}, and is used there: correct "
-            f"{section}.position to x = {self.position[0]:.4g} m"
-        )
-
-
 def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentError, ...]:
     """Return vanes that are not as the aircraft file says, and late channels: kinematics alone.
 
@@ -201,34 +120,6 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
         for one in errors
         if one is not None
     )
-
-
-def correct_instruments(maneuver: Maneuver, errors: Sequence[InstrumentError]) -> Maneuver:
-    """Return a maneuver with its vanes where they were found and its channels on time."""
-    if not errors:
-        return maneuver
-    sensors = maneuver.aircraft.sensors
-    delays = {one.channel: one.value for one in errors if one.kind == "delay"}
-    clipped = {
-        name: advance_flags(flags, delays[name] / maneuver.dt) if name in delays else flags
-        for name, flags in maneuver.clipped.items()
-    }
-    block = advance_channels(maneuver.block, delays)
-    block = subtract_biases(block, {one.channel: one.value for one in errors if one.kind == "bias"})
-    for one in errors:
-        if one.kind not in {"position", "scale"}:
-            continue
-        name = f"{one.channel}_vane"
-        vane = getattr(sensors, name)
-        x, y, z = vane.position
-        changed = (
-            {"position": (x + one.value, y, z)}
-            if one.kind == "position"
-            else {"upwash": vane.upwash * one.value}
-        )
-        sensors = sensors.model_copy(update={name: vane.model_copy(update=changed)})
-    aircraft = maneuver.aircraft.model_copy(update={"sensors": sensors})
-    return replace(maneuver, aircraft=aircraft, block=block, clipped=clipped)
 
 
 def _alternatives(

@@ -19,6 +19,7 @@ from gsapp.flight.maneuvers import uncalibrated_text
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.identification.accelerometer_position import find_lateral_offset
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
 from gsapp.identification.compatibility import (
     InstrumentError,
@@ -76,13 +77,13 @@ class RunOutcome:
     """Which inputs and answers of the flights were volts only, in words."""
 
     @property
-    def vanes(self) -> Mapping[str, Mapping[str, float]]:
-        """Return what was found of vanes as the aircraft file states it, by sensor and key; SI."""
+    def sensor_values(self) -> Mapping[str, Mapping[str, float]]:
+        """Return what was found for the aircraft file, by sensor and key; SI."""
         found: dict[str, dict[str, float]] = {}
         for one in self.instruments:
             if one.file_entry is not None:
                 key, value = one.file_entry
-                found.setdefault(f"{one.channel}_vane", {})[key] = value
+                found.setdefault(one.section, {})[key] = value
         return found
 
 
@@ -148,7 +149,9 @@ def execute_run(
     if request.instruments == "find":
         if doing is not None:
             doing("comparing instruments")
-        errors = find_instrument_errors(cut)
+        # First the accelerometers: kinematics know where vanes are from them only.
+        errors = find_lateral_offset(cut)
+        errors += find_instrument_errors([correct_instruments(one, errors) for one in cut])
     result = run_campaign(
         [correct_instruments(one, errors) for one in cut], used, progress=progress
     )
@@ -222,8 +225,8 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
             )
 
 
-def accept_vanes(outcome: RunOutcome) -> tuple[Path, ...]:
-    """Write what a run found of the vanes into the aircraft file, or files, that it read.
+def accept_instruments(outcome: RunOutcome) -> tuple[Path, ...]:
+    """Write what a run found of vanes and accelerometers into the aircraft files that it read.
 
     Raises `GroundStationError` if a file came with the program, or cannot be written.
     """
@@ -238,11 +241,11 @@ def accept_vanes(outcome: RunOutcome) -> tuple[Path, ...]:
         ]
     if not files:
         raise FlightError(
-            "no aircraft file to write into what was found of the vanes: name your own with "
-            "--aircraft FILE"
+            "no aircraft file to write into what was found of the instruments: name your own "
+            "with --aircraft FILE"
         )
     for file in files:
-        write_sensor_values(file, outcome.vanes)
+        write_sensor_values(file, outcome.sensor_values)
     return tuple(files)
 
 
