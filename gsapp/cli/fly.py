@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from gsapp.virtual.keyboard_pilot import KeyboardPilot
 
 _FLIGHT_OPTIONS = (
-    "--plan", "--hide", "--dirt", "--model", "--turbulence", "--position", "--onboard", "--truth",
-    "--sticks", "--airborne", "--json",
+    "--plan", "--cards", "--hide", "--dirt", "--model", "--turbulence", "--position", "--onboard",
+    "--truth", "--sticks", "--airborne", "--json",
 )  # fmt: skip
 """What the bench has no use for."""
 _PEER_TIMEOUT = 300.0

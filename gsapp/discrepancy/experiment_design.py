@@ -46,6 +46,7 @@ from gsapp.identification.filter_error.motion_linearization import (
 )
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import GRAVITY
 from gsapp.virtual.flight_plan import INPUT_SHAPES
 
 _SURFACES: Final[tuple[CardSurface, ...]] = ("de", "da", "dr")
@@ -436,10 +437,11 @@ class _CardPlanner:
         if level is None or "throttle" not in self._levers:
             return
         low, high = SEARCH.experiment_throttle_range
-        size = SEARCH.experiment_throttle_step
-        for step in (min(size, high - level.throttle), max(-size, low - level.throttle)):
-            if abs(step) >= 0.5 * size:
-                yield round(step, 1)
+        thrust = self._aircraft.propulsion.max_thrust
+        size = min(SEARCH.experiment_thrust_step * self._mass * GRAVITY / thrust, high - low)
+        for step in (size, -size):
+            if low <= level.throttle + step <= high:
+                yield round(step, 2)
 
     def _card(
         self,

@@ -160,7 +160,9 @@ class DiscrepancyAlgorithmSettings:
     experiment_speed_reach: float = 1.15  # ... and no farther from speeds flown than this ratio.
     experiment_stall_margin: float = 1.1  # Slowest speed over that of level flight.
     experiment_flap_share: float = 0.5  # Of its travel.
-    experiment_throttle_step: float = 0.4
+    experiment_thrust_step: float = 0.1
+    """Of the weight, by which a step of the throttle changes the thrust: after some seconds without
+    hands the aircraft is a few m/s faster or slower, and climbs or sinks a little."""
     experiment_throttle_range: tuple[float, float] = (0.1, 0.95)
     experiment_hands_off: float = 4.0  # After the input, s.
     experiment_speed_step: float = 0.5  # m/s to which speeds of cards are rounded ...

@@ -12,11 +12,14 @@ from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from gsapp.foundation import StrictModel, read_toml
+from gsapp.aircraft import Aircraft
+from gsapp.flight.cards import CardSet, TestCard
+from gsapp.foundation import FlightError, StrictModel, read_toml
 from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Temperature, Time
 from gsapp.virtual.instruments import SensorFault
+from gsapp.virtual.settings import VIRTUAL
 
 ControlSurface = Literal["de", "da", "dr"]
 
@@ -114,6 +117,8 @@ class PlannedManeuver(StrictModel):
     rate: Literal["low", "high"] = "high"  # Position of the rate switch.
     speed: Speed | None = None  # Airspeed wanted, m/s; None is that of the pattern.
     quiet: Time = 3.0  # How long the pilot leaves the sticks alone afterwards, s.
+    flap: Angle = 0.0  # Set before the input, rad.
+    throttle_step: Ratio = 0.0  # Change of the throttle as the input ends, held while quiet.
 
     @model_validator(mode="after")
     def _one_stick_each(self) -> PlannedManeuver:
@@ -179,6 +184,40 @@ class FlightPlan(StrictModel):
     human: PilotLimits = Field(default_factory=PilotLimits)
     faults: tuple[SensorFault, ...] = ()
     """What goes wrong with the instruments."""
+
+
+def with_cards(plan: FlightPlan, cards: CardSet, aircraft: Aircraft) -> FlightPlan:
+    """Return a plan whose maneuvers are those of test cards, each with its repeats.
+
+    Raise FlightError if a card asks for a shape that the pilot does not fly.
+    """
+    maneuvers = [_plan_card(card, aircraft) for card in cards.cards for _ in range(card.repeats)]
+    longest = max(one.duration + one.quiet for one in maneuvers)
+    leg = max(plan.pattern.leg, longest + VIRTUAL.card_settling_time)
+    pattern = plan.pattern.model_copy(update={"leg": leg})
+    return plan.model_copy(update={"maneuvers": tuple(maneuvers), "pattern": pattern})
+
+
+def _plan_card(card: TestCard, aircraft: Aircraft) -> PlannedManeuver:
+    if card.kind not in INPUT_SHAPES:
+        raise FlightError(
+            f"card {card.id}: the virtual pilot flies {', '.join(INPUT_SHAPES)}, not {card.kind}"
+        )
+    sizes = {
+        name: size / abs(getattr(aircraft.controls, name).full_stick_high)
+        for name, size in card.amplitudes.items()
+    }
+    return PlannedManeuver(
+        inputs=card.surfaces,
+        shape=card.kind,
+        stick=tuple(min(size, 1.0) for size in sizes.values()),
+        step=f"{card.width!r} s",
+        stagger=f"{card.duration * (len(sizes) > 1)!r} s",
+        speed=f"{card.speed!r} m/s",
+        quiet=f"{VIRTUAL.card_quiet_time!r} s",
+        flap=f"{card.flap!r} rad",
+        throttle_step=card.throttle_step,
+    )
 
 
 SHIPPED_PLANS = ShippedFiles(folder=Path(__file__).parent / "plans", kind="flight plan")

@@ -140,10 +140,16 @@ class SpeedController:
         self._dt = dt
         self._hold = 0.0
         self._lever = 0.0
+        self._before: float | None = None  # A step of the lever.
         self._moving = False
 
     def throttle(self, view: PilotView, intent: GuidanceCommand) -> float:
         target = self._lever
+        if intent.throttle_step:
+            self._before = self._lever if self._before is None else self._before
+            target = self._before + intent.throttle_step
+        else:
+            self._before = None
         if intent.throttle is not None:
             target = intent.throttle
         elif intent.speed is not None:

@@ -35,6 +35,7 @@ class GuidanceCommand:
     bank: float = 0.0  # Wanted, rad, towards the pattern.
     speed: float | None = None  # Airspeed wanted, m/s.
     throttle: float | None = None  # Throttle wanted instead; with neither, the throttle stays.
+    throttle_step: float = 0.0  # Change of the throttle from where it was before.
     steer: float | None = None  # Course wanted on the ground, rad.
     stick_input: StickInput | None = None  # An input under way, and since when.
     stick_time: float = 0.0  # s since it began.
@@ -216,13 +217,19 @@ class Mission:
             view = yield self._along(leg, view, "pattern")
 
     def _along(
-        self, leg: Leg, view: PilotView, phase: str, speed: float | None = None
+        self,
+        leg: Leg,
+        view: PilotView,
+        phase: str,
+        speed: float | None = None,
+        flap: float = 0.0,
     ) -> GuidanceCommand:
         return GuidanceCommand(
             phase=phase,
             path_angle=self._level(view),
             bank=leg.bank(view, 15.0 * DEGREE),
             speed=self._plan.pattern.speed if speed is None else speed,
+            flap=flap,
         )
 
     def _maneuver_leg(
@@ -237,7 +244,7 @@ class Mission:
         while True:
             if leg.distance_past_end(view) > last_start:
                 while leg.distance_past_end(view) < 0.0:
-                    view = yield self._along(leg, view, "pattern", speed)
+                    view = yield self._along(leg, view, "pattern", speed, maneuver.flap)
                 return False
             # Time runs on a short leg: what is not good enough at first is so in the end.
             patience = 1.0 if view.time - entered < 3.0 else 1.5
@@ -249,7 +256,7 @@ class Mission:
                 steady_since = view.time
             if view.time - steady_since > 0.8 and view.time - entered > 1.2:
                 break
-            view = yield self._along(leg, view, "pattern", speed)
+            view = yield self._along(leg, view, "pattern", speed, maneuver.flap)
         stick = StickInput(maneuver, self._plan.human, self._random)
         began = view.time
         number = len(self.flown_maneuvers) + 1
@@ -257,7 +264,12 @@ class Mission:
         length = stick.duration + maneuver.quiet * float(self._random.uniform(0.8, 1.2))
         while (time := view.time - began) < length and not _is_upset(view):
             view = yield GuidanceCommand(
-                phase=phase, stick_input=stick, stick_time=time, hands_off=True
+                phase=phase,
+                stick_input=stick,
+                stick_time=time,
+                hands_off=True,
+                throttle_step=maneuver.throttle_step if time >= stick.duration else 0.0,
+                flap=maneuver.flap,
             )
         self.flown_maneuvers.append((began, view.time, maneuver))
         while leg.distance_past_end(view) < 0.0:

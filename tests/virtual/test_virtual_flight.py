@@ -11,6 +11,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
+from gsapp.flight.cards import CardSet
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 from gsapp.quantities.constants import DEGREE
 from gsapp.virtual.flight_plan import (
@@ -19,6 +20,7 @@ from gsapp.virtual.flight_plan import (
     PilotLimits,
     PlannedManeuver,
     load_flight_plan,
+    with_cards,
 )
 from gsapp.virtual.sticks import StickInput
 from gsapp.virtual.virtual_flight import FlightSimulation, VirtualFlight, simulate_flight
@@ -245,6 +247,35 @@ def test_a_perfect_hand_flies_the_shape_exactly() -> None:
     middles = [stick.at(0.3 * number + 0.15)["dr"] for number in range(8)]
     assert middles == pytest.approx([0.2 * unit for unit in INPUT_SHAPES["3-2-1-1"]] + [0.0])
     assert stick.duration == pytest.approx(2.1)
+
+
+def test_test_cards_take_the_place_of_the_maneuvers_of_a_plan() -> None:
+    plan, aircraft = load_flight_plan("six"), load_aircraft("b777")
+    content: dict[str, list[dict[str, object]]] = {
+        "cards": [
+            {"id": "E", "speed": "24 m/s", "surfaces": ["de"], "amplitude": "5 deg",
+             "width": "0.5 s", "repeats": 2, "flap": "10 deg", "throttle_step": 0.2},
+            {"id": "C", "speed": "30 m/s", "surfaces": ["da", "dr"],
+             "amplitude": {"da": "4 deg", "dr": "30 deg"}, "width": "0.4 s", "kind": "3-2-1-1"},
+        ]
+    }  # fmt: skip
+    flown = with_cards(plan, CardSet.model_validate(content), aircraft)
+    first, second, last = flown.maneuvers
+    assert first == second
+    full = abs(aircraft.controls.de.full_stick_high)
+    assert first.stick == pytest.approx((5.0 * DEGREE / full,))
+    assert (first.speed, first.flap, first.throttle_step) == (
+        24.0,
+        pytest.approx(10.0 * DEGREE),
+        0.2,
+    )
+    # No stick gives more than its all; the rudder begins as the aileron returns.
+    assert last.stick[1] == 1.0
+    assert last.stagger == pytest.approx(7 * 0.4)
+    assert flown.pattern.leg > last.duration
+    pulled = {"cards": [{**content["cards"][0], "kind": "sweep"}]}
+    with pytest.raises(FlightError, match="card E: the virtual pilot flies doublet"):
+        with_cards(plan, CardSet.model_validate(pulled), aircraft)
 
 
 @pytest.mark.long

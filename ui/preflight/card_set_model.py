@@ -123,6 +123,11 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
         for name, size in card.amplitudes.items()
     )
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
+    if card.flap:
+        flap = number_text(from_si(card.flap, "deg", "angle"), 0)
+        parts.append(tr("flap {angle}°").format(angle=flap))
+    if card.throttle_step:
+        parts.append(tr("then throttle {step} %").format(step=f"{100.0 * card.throttle_step:+.0f}"))
     state: IndicatorState = "plain"
     text, note = count_text(card.repeats, "time"), ""
     if progress is not None:

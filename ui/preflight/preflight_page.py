@@ -187,9 +187,9 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
                 page.set_model(self.model)
         names = ", ".join(ids)
         if session is not None:
-            text = tr("Test cards {names} come first on the Pilot page.").format(names=names)
+            text = tr("First on the Pilot page: {names}.").format(names=names)
         else:
-            text = tr("Test cards {names} come first in the next flight.").format(names=names)
+            text = tr("First of the test cards of the next flight: {names}.").format(names=names)
         self._banners.show_banner("note", text)
 
     def start_flight(self) -> None:

@@ -26,6 +26,11 @@ class FlightSettings(SettingsModel):
         "default", QT_TR_NOOP("Plan"),
         QT_TR_NOOP("Plan: a file, or the name of a shipped one."),
         option="--plan", metavar="FILE")
+    cards: str = setting(
+        "", QT_TR_NOOP("Test cards"),
+        QT_TR_NOOP("Fly these test cards in place of the plan's maneuvers: a file, or the name of "
+                   "a shipped set."),
+        option="--cards", metavar="FILE")
     aircraft: str = setting(
         "b777", QT_TR_NOOP("Aircraft"),
         QT_TR_NOOP("Aircraft: a file, or the name of a shipped one."),
@@ -104,12 +109,14 @@ class FlightSettings(SettingsModel):
     def create_flight(self, hands: StickSourceFactory | None = None) -> FlightSimulation:
         """Return the flight, about to begin, flown by the human pilot or by other hands."""
         from gsapp.aircraft import load_aircraft
-        from gsapp.virtual.flight_plan import load_flight_plan
+        from gsapp.flight.cards import load_cards
+        from gsapp.virtual.flight_plan import load_flight_plan, with_cards
         from gsapp.virtual.virtual_flight import FlightSimulation
 
+        plan, aircraft = load_flight_plan(self.plan), load_aircraft(self.aircraft)
         return FlightSimulation(
-            load_flight_plan(self.plan),
-            aircraft=load_aircraft(self.aircraft),
+            with_cards(plan, load_cards(self.cards), aircraft) if self.cards else plan,
+            aircraft=aircraft,
             model=self.model,
             seed=self.seed,
             hide=self.hide,
