@@ -35,9 +35,9 @@ from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card import CardInputKind, CardSurface
 from gsapp.foundation import FlightError
 from gsapp.identification.filter_error.filter_error_fit import (
+    BIAS_PREFIX,
     FilterErrorFit,
     InformationMatrix,
-    bias_name,
 )
 from gsapp.identification.filter_error.maneuver_state import SensitivityColumn
 from gsapp.identification.filter_error.motion_linearization import (
@@ -174,7 +174,8 @@ def _pair_weight(one: CandidateEffect, other: CandidateEffect) -> float:
     signal, _, kind = one.id.rpartition(".")
     other_signal, _, other_kind = other.id.rpartition(".")
     if signal == other_signal and {kind, other_kind} == {"lag", "delay"}:
-        return SEARCH.lag_delay_factor
+        # Full fits of them differ by no more of what columns promise than the search lets count.
+        return SEARCH.lag_delay_factor**2
     return 1.0
 
 
@@ -220,8 +221,7 @@ def design_visibility(
 
 
 def _biases(information: InformationMatrix) -> tuple[str, ...]:
-    prefix = bias_name("", "").rstrip(".")
-    return tuple(name for name in information.names if name.startswith(f"{prefix}."))
+    return tuple(name for name in information.names if name.startswith(BIAS_PREFIX))
 
 
 class _Design:

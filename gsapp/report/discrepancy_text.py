@@ -63,14 +63,16 @@ def experiment_text(one: DecidingExperiment, system: str) -> str:
     if one.purpose == "show":
         goal = (
             f"{len(one.effects)} effects of usual size stand {one.separation:.1f} standard "
-            f"deviations or more out of the noise (so far {one.separation_now:.1f})"
+            f"deviations or more out of the noise, {one.separation_now:.1f} so far"
         )
+        start = f"Fly {inputs}"
     else:
         first, *others = (f"“{title}”" for title in one.titles)
         rest = _joined(others) if len(others) < 3 else f"{len(others)} others"
         goal = f"{first} is told from {rest} by {one.separation:.1f} standard deviations"
+        start = f"To decide, fly {inputs}"
     if one.decides:
-        return f"To decide, fly {inputs}: {goal}."
+        return f"{start}: {goal}."
     return (
         f"No few maneuvers are sure to decide. The best are {inputs}: {goal}; {one.target:.0f} are "
         "wanted."

@@ -4,7 +4,8 @@ A first flight of seven small maneuvers at one speed, with one effect hidden, fl
 (`tests/discrepancy/blind`). Where the search cannot tell the effect from others, the cards that it
 designs are flown with the same hidden truth by hands that miss sizes and times by 10 to 15 %, and
 the search runs again over all maneuvers. It has decided where it names an effect outright; rightly
-where that is the hidden one. Separations are the root of twice a difference in log-likelihood.
+where that is the hidden one. Separations are the root of twice a difference in log-likelihood, of
+which of lag and delay a part counts.
 
 Alone: ``python tests/bench/deciding_experiment.py [FIRST [LAST]]``, seeds; minutes of CPU each.
 """
@@ -18,7 +19,7 @@ import numpy as np
 
 from gsapp.discrepancy.investigation import Investigation
 from gsapp.discrepancy.results import DecidingExperiment, DiscrepancyResult
-from gsapp.discrepancy.settings import DiscrepancySettings
+from gsapp.discrepancy.settings import SEARCH, DiscrepancySettings
 from gsapp.flight.cards import TestCard
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.discrepancy.blind.cases import Case, Recording, hidden, neutral, typical
@@ -114,7 +115,10 @@ def reached_separation(found: DiscrepancyResult, among: Sequence[str]) -> float:
     # What is no longer among the first twelve is as far behind as the last of them, or more.
     if not best:
         return 0.0
-    return float(np.sqrt(2.0 * max(best[0] - (best[1] if len(best) > 1 else 0.0), 0.0)))
+    ahead = 2.0 * max(best[0] - (best[1] if len(best) > 1 else 0.0), 0.0)
+    if {one.rpartition(".")[2] for one in among} == {"lag", "delay"}:
+        ahead *= SEARCH.lag_delay_factor
+    return float(np.sqrt(ahead))
 
 
 def attempt(case: Case) -> Trial | None:

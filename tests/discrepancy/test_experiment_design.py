@@ -24,6 +24,8 @@ from gsapp.discrepancy.settings import SEARCH
 from gsapp.flight.cards import load_cards, save_cards
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
 from gsapp.report.discrepancy_text import experiment_text
+from tests.bench.deciding_experiment import attempt
+from tests.discrepancy.blind.cases import hidden, typical
 from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver, prepared
 
 EFFECT, RIVAL = "aero.Cm.alpha2", "aero.Cm.alpha_q"
@@ -102,3 +104,14 @@ def test_the_answer_holds_cards_words_and_numbers(
     weak = replace(experiment, separation=3.0)
     assert "5 are wanted" in experiment_text(weak, "US")
     assert not weak.decides
+
+
+@pytest.mark.long
+def test_what_was_designed_decides_in_flights_of_another_simulator() -> None:
+    case = hidden("aero.Cm.speed", 0.7 * typical("aero.Cm.speed"), plan=63, seed=9063, noise=2.0)
+    flown = attempt(case)
+    assert flown is not None
+    assert flown.experiment.decides
+    assert flown.named == ("aero.Cm.speed",)
+    # The root of a gain scatters by one.
+    assert flown.reached == pytest.approx(flown.experiment.separation, abs=3.0)

@@ -170,9 +170,13 @@ ExtraColumns = Callable[[Linearization], Sequence[SensitivityColumn]]
 """What to add to the columns of the model: candidates, in the order of their names."""
 
 
+BIAS_PREFIX = "bias."
+"""Of the names of biases; no other parameter has it."""
+
+
 def bias_name(flight: str, channel: str) -> str:
     """Return the name of the bias of a channel in a flight."""
-    return f"bias.{flight}.{channel}"
+    return f"{BIAS_PREFIX}{flight}.{channel}"
 
 
 @dataclass(slots=True, weakref_slot=True, kw_only=True, eq=False)
