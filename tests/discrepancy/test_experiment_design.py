@@ -21,8 +21,10 @@ from gsapp.discrepancy.experiment_design import (
 from gsapp.discrepancy.results import DecidingExperiment
 from gsapp.discrepancy.search_stages import free_parameters
 from gsapp.discrepancy.settings import SEARCH
+from gsapp.excitation.cueing.card_selector import format_card
 from gsapp.flight.cards import load_cards, save_cards
 from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.quantities.constants import DEGREE
 from gsapp.report.discrepancy_text import experiment_text
 from tests.bench.deciding_experiment import attempt
 from tests.discrepancy.blind.cases import hidden, typical
@@ -101,6 +103,9 @@ def test_the_answer_holds_cards_words_and_numbers(
     assert "ft/s" in told
     assert "m/s" in experiment_text(experiment, "SI")
     assert f"{experiment.separation:.1f} standard deviations" in told
+    (card,) = experiment.cards
+    with_levers = card.model_copy(update={"throttle_step": 0.2, "flap": 10.0 * DEGREE})
+    assert format_card(with_levers, "US").endswith(" ft/s, flap 10 deg, then throttle +20 %")
     weak = replace(experiment, separation=3.0)
     assert "5 are wanted" in experiment_text(weak, "US")
     assert not weak.decides

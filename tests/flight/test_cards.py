@@ -85,6 +85,7 @@ speed = "100 kg"
 surfaces = ["de", "de"]
 amplitude = "90 deg"
 width = "0.4 s"
+throttle_step = 3
 repeats = 0
 [[cards]]
 id = "E"
@@ -109,6 +110,7 @@ width = "0.4 s"
         "cards[0].speed: 'kg' is not a unit of speed",
         "cards[0].surfaces: names none, or one twice",
         "cards[0].amplitude: must lie between 0 and 45 deg",
+        "cards[0].throttle_step: must lie from -1 to 1",
         "cards[0].repeats: must lie from 1",
         "cards[1].sped: is not a known key; did you mean 'speed'?",
         "cards[1].surfaces[0]: input should be 'de', 'da' or 'dr'",

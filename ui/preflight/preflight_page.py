@@ -179,6 +179,7 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
             ids = target.insert_first(cards)
             if session is not None and target.cards is not None:
                 session.crew_cues.set_cards(target.cards)
+                session.crew_cues.select_card(ids[0])
         except GroundStationError as error:
             self._error_reporter.report(error)
             return
@@ -187,9 +188,9 @@ class PreflightPage(MultiStepPage[AbstractStepPage]):
                 page.set_model(self.model)
         names = ", ".join(ids)
         if session is not None:
-            text = tr("First on the Pilot page: {names}.").format(names=names)
+            text = tr("Next on the Pilot page: {names}.").format(names=names)
         else:
-            text = tr("First of the test cards of the next flight: {names}.").format(names=names)
+            text = tr("Added to the test cards of the next flight: {names}.").format(names=names)
         self._banners.show_banner("note", text)
 
     def start_flight(self) -> None:
