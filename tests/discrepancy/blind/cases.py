@@ -314,11 +314,21 @@ AIRFRAMES: Mapping[str, tuple[str, ...]] = {
         "aero.CN.alpha2", "aero.Cm.alphadot", "aero.CN.alphadot", "aero.Cm.memory",
         "aero.CN.memory", "aero.Cm.flap",
     ),
+    "c172p": (
+        "aero.CN.flap", "aero.CA.flap", "aero.Cm.flap", "aero.CA.de2", "aero.CA.alpha2",
+        "aero.CA.beta2", "aero.CN.alpha2", "aero.Cm.alphadot", "aero.CN.alphadot",
+        "aero.Cm.memory", "aero.CN.memory",
+    ),
+    "Concorde": (
+        "aero.CA.alpha2", "aero.CA.beta2", "aero.CA.de2", "aero.CN.alpha2", "aero.Cm.alphadot",
+        "aero.Cm.memory",
+    ),
 }  # fmt: skip
 """JSBSim's own aircraft: effects of the catalog that its model has, beside kinks that have no name.
 
-Read off its file: drag by |beta| and |elevator|, lift and drag by the flap, damping by alpha'; its
-lift and drag are of wind axes, and bend axial and normal force over alpha."""
+Read off their files: drag by |beta| and |elevator|, lift, drag and moment by the flap, damping by
+alpha'; their lift and drag are of wind axes, and bend axial and normal force over alpha. A jet
+trainer, a light single, and a delta without a tail whose elevons trim and steer."""
 _AIRFRAME_SIZES: tuple[tuple[str, float], ...] = (
     ("aero.Cm.alpha2", -2.5),
     ("aero.Cn.beta3", 2.5),

@@ -243,6 +243,10 @@ _FLAP_FOLLOWS = f"""<flight_control name="none"><channel name="flap">
 """Flap position of shipped aircraft: 1 at 40 deg."""
 
 
+_SLIPSTREAM = "propulsion/engine/prop-induced-velocity_fps"
+"""Read by aircraft with a propeller; ours has none, so that it blows nowhere."""
+
+
 def structural(position: tuple[float, float, float]) -> tuple[float, float, float]:
     x, y, z = position
     return -x / INCH, y / INCH, -z / INCH
@@ -284,6 +288,7 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str], airframe: str = "")
     if not STALL.keys().isdisjoint(effects):
         places += ["stall/lost-lift", "stall/separated"]
     places += [place_of(one) for one in dict.fromkeys((*PROPULSION, *effects))]
+    places += [_SLIPSTREAM] if airframe else []
     properties = "".join(f'<property value="0">{one}</property>' for one in places)
     axes = (
         _shipped_aerodynamics(airframe)
