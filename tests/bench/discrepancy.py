@@ -196,8 +196,8 @@ def report(rows: Sequence[Row]) -> None:
     print_nothing(of["nothing"])
     print_outside(of["outside"])
     if of["pair"]:
-        table("two effects, both named", of["pair"], lambda row: row.case.kind)
-        table("two effects, all", of["pair"], lambda _: "all")
+        table("two and three effects, all named", of["pair"], lambda row: row.case.kind)
+        table("two and three effects, all", of["pair"], lambda _: "all")
     print_confidence(rows)
     spent = [row.outcome.cpu for row in rows]
     print(f"\nCPU s a case: median {np.median(spent):.1f}, worst {max(spent):.1f} (asked: 10)")

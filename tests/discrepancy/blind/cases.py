@@ -3,7 +3,8 @@
 A `Case` says it all in small frozen records; `blind.flying.fly_case` flies it. Effects go by the
 ids of the program's catalog where it has them; ``outside.*`` are in no catalog. `all_cases` lists
 the benchmark: 30 kinds x 3 sizes x 5 seeds with one effect, 600 flights with nothing hidden, 120
-with an effect outside the catalog, 60 with two effects. Air, noise, recorder and baseline model
+with an effect outside the catalog, 60 with two effects, 50 with a large one and one or two small
+ones. Air, noise, recorder and baseline model
 go round with kind, size and seed.
 """
 
@@ -85,6 +86,19 @@ PAIRS: tuple[tuple[str, str], ...] = (
     ("aero.CA.alpha2", "aero.Cm.beta2"),
     ("aero.Cm.de3", "propulsion.thrust.scale"),
 )
+LARGE_AND_SMALL: tuple[tuple[str, ...], ...] = (
+    ("aero.Cm.alpha2", "aero.Cn.beta3"),
+    ("sensor.beta.delay", "aero.CA.alpha2"),
+    ("propulsion.Cm.throttle", "aero.Cl.alpha_beta"),
+    ("aero.CN.alpha2", "control.elevator.lag"),
+    ("aero.Cl.beta3", "sensor.alpha.scale"),
+    ("aero.CX.speed", "aero.Cm.beta2"),
+    ("aero.CN.alpha2", "propulsion.Cn.asymmetry", "aero.Cm.alphadot"),
+    ("propulsion.Cm.throttle", "sensor.beta.delay", "aero.Cl.alpha_beta"),
+    ("aero.Cm.alpha2", "aero.Cl.beta3", "propulsion.thrust.scale"),
+    ("aero.CZ.speed", "aero.Cn.beta3", "aero.Cm.de3"),
+)
+"""Two and three effects at once; the first is large, the others are a third of it."""
 WHOLE = ("reversed", "swapped")
 """Kinds that have no size."""
 SIBLINGS: Mapping[str, tuple[str, ...]] = {
@@ -160,6 +174,7 @@ class Case(Recording):
     clock: str = ""  # ``air`` or ``surfaces``: the box whose clock is late.
     sigma: float = 0.0
     """Standard deviations that each effect is to show; 0 where sizes are as given."""
+    later_sigma: float = 0.0  # Of the effects after the first; 0: as of the first.
     airframe: str = ""  # An aircraft of JSBSim whose aerodynamics are flown; empty: the B777's.
     by: Literal["jsbsim", "virtual"] = "jsbsim"
     """Who flies the truth. The virtual aircraft flies in still air only."""
@@ -277,10 +292,25 @@ def _pair_cases(plans: range) -> Iterator[Case]:
             ).recorded_as(recording, baseline)  # fmt: skip
 
 
+def _large_and_small_cases(plans: range) -> Iterator[Case]:
+    for number, effects in enumerate(LARGE_AND_SMALL):
+        for plan in plans:
+            recording, baseline = ROUND[(number + plan) % 5]
+            yield Case(
+                id=f"large-{'+'.join(effects)}-{plan}", group="pair",
+                kind=f"{effects[0]}, small {'+'.join(effects[1:])}",
+                effects={one: typical(one) for one in effects}, verdicts=("effects-found",),
+                accepted=tuple((one, *SIBLINGS.get(one, ())) for one in effects),
+                plan=plan, seed=_seed(4, plan, number), sigma=30.0, later_sigma=10.0,
+            ).recorded_as(recording, baseline)  # fmt: skip
+
+
 def all_cases(series: Series = "report") -> tuple[Case, ...]:
     first = FIRST_PLAN[series]
     plans = range(first, first + SEEDS)
-    makers = (_hidden_cases, _nothing_cases, _outside_cases, _pair_cases)
+    makers = (
+        _hidden_cases, _nothing_cases, _outside_cases, _pair_cases, _large_and_small_cases,
+    )  # fmt: skip
     return tuple(case for make in makers for case in make(plans))
 
 

@@ -563,8 +563,8 @@ def with_sizes(case: Case) -> Case:
     sizes = {
         effect: size
         if effect.endswith(WHOLE)
-        else size_for(case.plan, effect, case.recording, case.sigma)
-        for effect, size in case.effects.items()
+        else size_for(case.plan, effect, case.recording, (index and case.later_sigma) or case.sigma)
+        for index, (effect, size) in enumerate(case.effects.items())
     }
     return replace(case, effects=sizes)
 
