@@ -36,7 +36,7 @@ from ui.icons import IndicatorState
 from ui.settings import SettingsStore, log_path, recording_folder
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout, arrange
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import TableRowView
 from ui.window_frame.banners import LEVEL_TITLES, BannerMessage, BannerStack
@@ -81,7 +81,6 @@ class AboutDialog(SelfDeletingDialog):
         column.addWidget(create_label(tr(_PROGRAM_PURPOSE), "muted", wrap=True))
         self.text = "\n".join(f"{name}: {value}" for name, value in lines)
         shown = create_label(self.text, wrap=True)
-        shown.setTextFormat(Qt.TextFormat.PlainText)
         shown.setAccessibleName(tr("Versions and folders"))
         shown.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse
@@ -148,7 +147,7 @@ class GuideWindow(QDialog):
         row.addWidget(self.browser, 1)
         for title, path in guide_pages(folder):
             item = QListWidgetItem(title)
-            item.setToolTip(title)
+            item.setToolTip(plain_tooltip(title))
             item.setData(Qt.ItemDataRole.UserRole, path)
             self.pages.addItem(item)
         self.pages.currentItemChanged.connect(

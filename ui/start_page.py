@@ -22,7 +22,7 @@ from ui.number_format import clock_text
 from ui.settings import RecentFlight, SettingsStore
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout, clear_layout
-from ui.widgets.labels import CenteredPage, create_label
+from ui.widgets.labels import CenteredPage, create_label, plain_tooltip
 
 
 class RecentFlights(QObject):
@@ -317,7 +317,9 @@ class StartPage(CenteredPage):
             button.setAccessibleName(tr("Open {name}, {facts}").format(name=name, facts=facts))
             button.setEnabled(not is_gone)
             button.setToolTip(
-                tr("{path} not found").format(path=flight.path) if is_gone else flight.path
+                plain_tooltip(
+                    tr("{path} not found").format(path=flight.path) if is_gone else flight.path
+                )
             )
             remove = QPushButton(tr("Remove"))
             remove.setProperty("role", "quiet")

@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTableView, QWidget
 from pytestqt.qtbot import QtBot
 
+from tests.ui.window_kit import answer_dialog
 from ui.display_style import DisplayStyle
 from ui.flight.channel_panel import ChannelPanel
 from ui.pilot.debrief_page import TextTable
@@ -93,7 +94,7 @@ def test_a_table_is_saved_as_csv_with_a_minus_that_other_programs_read(
     assert trigger(table, "Copy as CSV")[:-1] == [[",".join(row)] for row in rows]
     # A disk that refuses is told.
     told: list[str] = []
-    monkeypatch.setattr(QMessageBox, "warning", lambda *said: told.append(said[2]))
+    answer_dialog(QMessageBox, lambda box: told.append(box.text()))
     monkeypatch.setattr(
         QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "values.csv" / "x.csv"), "")
     )

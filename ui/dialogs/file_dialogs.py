@@ -6,13 +6,14 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 from gsapp.flight.flight_loader import LOG_SUFFIXES
 from gsapp.foundation import write_atomically
 from ui.disk_checks import nearest_folder
 from ui.settings import Settings, initial_dialog_folder
 from ui.translation import tr
+from ui.widgets.message_boxes import show_warning
 
 # ArduPilot calls its logs 00000012.BIN, and some dialogs tell capitals from small letters.
 _ENDINGS = " ".join(f"*{ending}" for ending in (*LOG_SUFFIXES, ".BIN"))
@@ -88,4 +89,4 @@ def ask_and_save(
     try:
         write_atomically(path, content(path))
     except OSError as error:
-        QMessageBox.warning(parent, title, tr("Not saved: {error}").format(error=error))
+        show_warning(parent, title, tr("Not saved: {error}").format(error=error))

@@ -17,6 +17,7 @@ from ui.disk_checks import may_block, path_kind
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text, count_text, parse_clock, parse_number, unit_text
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.message_boxes import create_message_box
 
 ClosingAnswer = Literal["leave", "stop", "stay"]
 
@@ -241,11 +242,8 @@ def ask_closing(
     if works:
         sentences.append(tr("Not done yet: {works}.").format(works=", ".join(works)))
         consequences.append(tr("Unfinished work is discarded."))
-    box = QMessageBox(parent)
-    box.setWindowTitle(tr("Recording") if flights else tr("Not done"))
-    box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(" ".join(sentences))
-    box.setInformativeText(" ".join(consequences))
+    title = tr("Recording") if flights else tr("Not done")
+    box = create_message_box(parent, title, " ".join(sentences), " ".join(consequences))
     role = QMessageBox.ButtonRole
     leave = box.addButton(tr("Leave it running") if flights else tr("Close"), role.AcceptRole)
     stop = box.addButton(tr("Stop recording"), role.DestructiveRole) if flights else None
@@ -262,15 +260,14 @@ def ask_closing(
 
 def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
     """Ask whether to append to a finished flight; return None for neither that nor a new one."""
-    box = QMessageBox(parent)
-    box.setWindowTitle(tr("Flight exists"))
-    box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(tr("{name} is a finished flight.").format(name=name))
-    box.setInformativeText(
+    box = create_message_box(
+        parent,
+        tr("Flight exists"),
+        tr("{name} is a finished flight.").format(name=name),
         tr(
             "Record a new flight named {new_name}, or append to {name} so that both become one "
             "flight?"
-        ).format(new_name=new_name, name=name)
+        ).format(new_name=new_name, name=name),
     )
     new = box.addButton(tr("New flight"), QMessageBox.ButtonRole.AcceptRole)
     append = box.addButton(tr("Append"), QMessageBox.ButtonRole.DestructiveRole)
@@ -285,11 +282,12 @@ def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
 
 def ask_stop(parent: QWidget, what: str) -> bool:
     """Ask whether to stop the recording now; going on is the default."""
-    box = QMessageBox(parent)
-    box.setWindowTitle(tr("Stop recording"))
-    box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(tr("Stop recording {what}?").format(what=what))
-    box.setInformativeText(tr("Everything recorded so far is kept."))
+    box = create_message_box(
+        parent,
+        tr("Stop recording"),
+        tr("Stop recording {what}?").format(what=what),
+        tr("Everything recorded so far is kept."),
+    )
     stop = box.addButton(tr("Stop recording"), QMessageBox.ButtonRole.DestructiveRole)
     go_on = box.addButton(tr("Keep recording"), QMessageBox.ButtonRole.RejectRole)
     box.setDefaultButton(go_on)

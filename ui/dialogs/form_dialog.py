@@ -26,7 +26,7 @@ from ui.disk_checks import nearest_folder
 from ui.display_style import DisplayStyle
 from ui.translation import tr
 from ui.widgets.flow_layout import arrange
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 
 
 def repolish(widget: QWidget) -> None:
@@ -218,7 +218,9 @@ class FormDialog(SelfDeletingDialog):
                 for sentence in self._body.findChildren(FieldMessage)
                 if sentence.isVisible() and sentence.property("state") == "warning"
             ]
-            self.button.setToolTip("" if self.button.isEnabled() else "\n".join(complaints))
+            self.button.setToolTip(
+                plain_tooltip("" if self.button.isEnabled() else "\n".join(complaints))
+            )
         return super().eventFilter(watched, event)
 
     def focusNextPrevChild(self, forward: bool) -> bool:

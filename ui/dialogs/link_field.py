@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.link_kinds import (
@@ -26,6 +26,7 @@ from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
 from ui.display_style import DisplayStyle
 from ui.translation import tr
 from ui.widgets.flow_layout import arrange
+from ui.widgets.labels import create_label
 
 _PORT_CHECK_MS = 1500
 
@@ -110,7 +111,7 @@ class LinkField(QWidget):
             "baud": [self.baud],
         }  # fmt: skip
         for name, editors in by_field.items():
-            self._labels[name] = QLabel()
+            self._labels[name] = create_label("")
             row.addWidget(self._labels[name])
             for editor in editors:
                 row.addWidget(editor, int(name in ("host", "path")))

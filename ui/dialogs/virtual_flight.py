@@ -27,6 +27,7 @@ from ui.dialogs.form_dialog import FieldMessage, IntegerField
 from ui.display_style import DisplayStyle
 from ui.translation import tr
 from ui.widgets.flow_layout import arrange
+from ui.widgets.labels import plain_tooltip
 
 _SPEEDS = (1.0, 2.0, 5.0, 10.0)
 _USUAL_PLAN = "default"
@@ -137,7 +138,7 @@ class VirtualFlightDialog(RecordingDialog):
     def _offer(self, effects: Sequence[tuple[str, str]]) -> None:
         for effect, title in effects:
             item = QListWidgetItem(f"{title}   ({effect})" if title else effect)
-            item.setToolTip(item.text())
+            item.setToolTip(plain_tooltip(item.text()))
             item.setData(Qt.ItemDataRole.UserRole, effect)
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)

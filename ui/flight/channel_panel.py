@@ -38,7 +38,7 @@ from ui.number_format import count_text, symbol_text
 from ui.strips.strip_layout import StripLayout
 from ui.translation import tr
 from ui.widgets.flow_layout import arrange
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 from ui.widgets.table_menu import TableMenu, create_table_actions
 
 _ID = Qt.ItemDataRole.UserRole
@@ -243,7 +243,9 @@ class ChannelPanel(QWidget):
                 note = self._notes.get(spec.id, "")
                 leaf = QTreeWidgetItem([f"{symbol_text(spec.symbol)}   {spec.title}"])
                 leaf.setData(0, _ID, spec.id)
-                leaf.setToolTip(0, f"{spec.description}{f' · {note}' if note else ''}")
+                leaf.setToolTip(
+                    0, plain_tooltip(f"{spec.description}{f' · {note}' if note else ''}")
+                )
                 if note:
                     leaf.setText(0, f"{leaf.text(0)}  · {note}")
                 if "estimated" in note:

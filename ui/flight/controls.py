@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.number_format import clock_text, time_span_text
@@ -14,6 +14,7 @@ from ui.strips.chart_annotations import AlarmSpan
 from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import FlowLayout, arrange
+from ui.widgets.labels import create_label
 from ui.widgets.time_slider import TimeSlider
 
 TIME_SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)  # Seconds in sight that have a button.
@@ -57,7 +58,7 @@ class ReplayBar(QWidget):
         self.speed.activated.connect(
             lambda index: self.speed_chosen.emit(float(self.speed.itemData(index)))
         )
-        self.clock = QLabel()
+        self.clock = create_label("")
         self.clock.setProperty("role", "number")
         self.clock.setMinimumWidth(style.px(112))
         for widget in (self.play, self.back, self.step, self.speed, self.go_to, self.clock):

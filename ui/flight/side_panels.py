@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QStackedLayout, QVBoxLayout, QWidget
 
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout, arrange
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 from ui.widgets.row_model import TableRow, TableRowModel
 from ui.widgets.table_view import WIDEST_TIME_TEXT, TableRowView
 
@@ -57,7 +57,7 @@ class ListPanel(QWidget):
         """
         button = QPushButton(text)
         button.setAccessibleName(name)
-        button.setToolTip(name)
+        button.setToolTip(plain_tooltip(name))
         self._foot.addWidget(button)
         self._foot_widget.show()
         self.view.menu.add_command(text, button.click, button)
@@ -70,7 +70,7 @@ class ListPanel(QWidget):
         chosen = self.view.current_key() is not None
         for button, name, why in self._of_row:
             button.setEnabled(chosen)
-            button.setToolTip(name if chosen else why)
+            button.setToolTip(plain_tooltip(name if chosen else why))
 
     def show_rows(self, lines: Sequence[TableRow]) -> None:
         """Show the lines, or the sentence if there are none."""
@@ -101,7 +101,7 @@ class ValuesPanel(ListPanel):
         super().__init__(
             view, style, tr("No cursor. Point at the charts or press C; A and B set two times.")
         )
-        self.times = QLabel()
+        self.times = create_label("")
         self.times.setProperty("role", "label")
         self.times.setContentsMargins(8, 8, 8, 4)
         self.times.setWordWrap(True)

@@ -29,6 +29,7 @@ from ui.gap.gap_view_models import ARROW, MapCell
 from ui.number_format import percent_text
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import tr
+from ui.widgets.labels import plain_tooltip
 from ui.widgets.paint_primitives import curve_color, level_brushes, paint_focus_frame
 from ui.widgets.row_model import VALUE_ROLE, ModelIndex, TableRow
 from ui.widgets.table_view import FittedTableView
@@ -262,7 +263,7 @@ class _PaintedWidget(QWidget):
 
     def _describe(self, words: str) -> None:
         self.setAccessibleDescription(words)
-        self.setToolTip(words.replace("; ", "\n"))
+        self.setToolTip(plain_tooltip(words.replace("; ", "\n")))
         self._restyle()
 
 

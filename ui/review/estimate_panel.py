@@ -30,7 +30,7 @@ from ui.review.estimate_request import (
 )
 from ui.review.estimate_tables import DerivativeTable, FitChannelTable
 from ui.translation import tr
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 from ui.widgets.layout_widgets import FormSection
 
 _SHIPPED_SETS = ("b777",)
@@ -104,7 +104,7 @@ class EstimatePanel(QWidget):
         help_text = field_help_text(field)
         edit.setAccessibleName(tr(FIELD_HELP[field].title))
         edit.setAccessibleDescription(help_text)
-        edit.setToolTip(help_text)
+        edit.setToolTip(plain_tooltip(help_text))
         edit.installEventFilter(self)
         self._fields[edit] = field
 

@@ -38,7 +38,7 @@ from ui.review.timeline import Timeline
 from ui.review.timeline_painter import TIMELINE_CHANNELS
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import FlowLayout
-from ui.widgets.labels import create_label
+from ui.widgets.labels import create_label, plain_tooltip
 from ui.widgets.layout_widgets import ScrollingPage, StackingColumns, add_widgets, create_button_row
 from ui.widgets.row_model import TableRow
 from ui.widgets.table_view import BoxedListView
@@ -245,7 +245,7 @@ class FlightsPanel(QWidget):
 
     def _set_status(self, text: str, remarks: Sequence[str] = ()) -> None:
         self.status.setText(text)
-        self.status.setToolTip("\n".join(remarks))
+        self.status.setToolTip(plain_tooltip("\n".join(remarks)))
         self.status.setAccessibleDescription(join_sentences(remarks))
 
     def set_open_flight_available(self, offered: bool) -> None:

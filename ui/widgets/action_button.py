@@ -14,6 +14,7 @@ from ui.dialogs.form_dialog import repolish
 from ui.display_style import DisplayStyle
 from ui.icons import create_icon
 from ui.translation import tr
+from ui.widgets.labels import plain_tooltip
 
 
 def _icon_spaced_text(text: str, glyph: str) -> str:
@@ -121,7 +122,7 @@ class ActionBar(QWidget):
             button.setText(offer.label)
             button.setAccessibleName(offer.label)
             button.setEnabled(not offer.disabled_reason)
-            button.setToolTip(offer.disabled_reason)
+            button.setToolTip(plain_tooltip(offer.disabled_reason))
             role = "primary" if offer.is_default else ""
             if button.property("role") != role:
                 button.setProperty("role", role)

@@ -9,12 +9,13 @@ from typing import Any
 from PySide6.QtCore import QBuffer, QMarginsF, QObject, QSizeF, Qt, Signal
 from PySide6.QtGui import QAction, QGuiApplication, QImage, QPageSize, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QWidget
 
 from gsapp.foundation import write_atomically
 from ui.background_job import BackgroundJob
 from ui.dialogs.file_dialogs import ask_save_file
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.message_boxes import show_warning
 
 _KINDS = QT_TR_NOOP("Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)")
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
@@ -97,7 +98,7 @@ class FigureMenu(QObject):
         work = BackgroundJob(title, lambda _progress: run(), self)
         work.done.connect(done)
         work.failed.connect(
-            lambda error: QMessageBox.warning(
+            lambda error: show_warning(
                 self._widget, title, tr("{title} failed: {error}").format(title=title, error=error)
             )
         )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import html
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import Qt as RichText
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.quantities import convert_text_units
@@ -15,6 +18,7 @@ class UnitConvertingLabel(QLabel):
 
     def __init__(self, style: DisplayStyle, text: str = "") -> None:
         super().__init__()
+        self.setTextFormat(Qt.TextFormat.PlainText)
         self._style = style
         self._remark = text
         style.changed.connect(self._convert)
@@ -35,8 +39,17 @@ def create_label(
     made = QLabel(text) if remarks_in is None else UnitConvertingLabel(remarks_in, text)
     if role:
         made.setProperty("role", role)
+    # A text may come from a file of a stranger: markup in it is shown, not obeyed.
+    made.setTextFormat(Qt.TextFormat.PlainText)
     made.setWordWrap(wrap)
     return made
+
+
+def plain_tooltip(text: str) -> str:
+    """Return a tooltip that shows a text as it is, markup included."""
+    if not RichText.mightBeRichText(text):
+        return text
+    return f'<p style="white-space: pre-wrap">{html.escape(text)}</p>'
 
 
 class CenteredPage(QScrollArea):

@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor
 from ui.display_style import DisplayStyle, TextRole
 from ui.icons import IndicatorState
 from ui.translation import tr
+from ui.widgets.labels import plain_tooltip
 
 ModelIndex = QModelIndex | QPersistentModelIndex
 VALUE_ROLE = Qt.ItemDataRole.UserRole  # Role of `TableRow.value`, for delegates.
@@ -164,7 +165,7 @@ class TableRowModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return self.titles[section]
         if role == Qt.ItemDataRole.ToolTipRole:
-            return self._title_details.get(section)
+            return plain_tooltip(self._title_details.get(section, ""))
         return self._alignment(section) if role == Qt.ItemDataRole.TextAlignmentRole else None
 
     def _alignment(self, column: int) -> int:
@@ -185,7 +186,7 @@ class TableRowModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self._alignment(column)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return form.detail or row.detail or row.cells[column]
+            return plain_tooltip(form.detail or row.detail or row.cells[column])
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return form.accessible_text or None
         if role == Qt.ItemDataRole.AccessibleDescriptionRole:

@@ -13,7 +13,6 @@ from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -26,7 +25,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import IndicatorState, paint_indicator
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
-from ui.widgets.labels import UnitConvertingLabel
+from ui.widgets.labels import UnitConvertingLabel, create_label, plain_tooltip
 
 MessageLevel = Literal["note", "caution", "warning", "work"]
 BannerAction = tuple[str, Callable[[], object]]
@@ -94,7 +93,7 @@ class _ElidedLabel(UnitConvertingLabel):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.setToolTip(self.text() if self.is_cut else "")
+        self.setToolTip(plain_tooltip(self.text() if self.is_cut else ""))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -149,7 +148,7 @@ class Banner(QFrame):
         if _STATES[level] != "plain":
             row.addWidget(_LevelIcon(level, style))
         if LEVEL_TITLES[level]:
-            word = QLabel(tr(LEVEL_TITLES[level]))
+            word = create_label(tr(LEVEL_TITLES[level]))
             word.setProperty("role", "strong")
             row.addWidget(word)
         self.label = _ElidedLabel(style, text)

@@ -13,6 +13,7 @@ from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
 from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
+from ui.widgets.labels import plain_tooltip
 from ui.window_frame.status_bar_model import StatusItem
 
 _LOW_WINDOW_HEIGHT = 440  # Points of height below which the bar is flat.
@@ -53,7 +54,7 @@ class StatusItemWidget(QWidget):
             text if part.state in ("plain", "good") else f"{text}, {tr(part.state)}"
         )
         self.setAccessibleDescription(part.detail)
-        self.setToolTip(part.detail)
+        self.setToolTip(plain_tooltip(part.detail))
 
     def sizeHint(self) -> QSize:
         style = self._style

@@ -33,6 +33,7 @@ from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.widgets.flow_layout import arrange
+from ui.widgets.labels import plain_tooltip
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.job_banner import JobBanner, JobProgressPanel
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
@@ -71,7 +72,9 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         title = tr(self.step.title)
         text = f"{title}: {words}" if words else title
         self.setAccessibleName(f"{text}, {self._keys}")
-        self.setToolTip(f"{self.state.detail or tr(self.step.purpose)} ({self._keys})")
+        self.setToolTip(
+            plain_tooltip(f"{self.state.detail or tr(self.step.purpose)} ({self._keys})")
+        )
 
     def sizeHint(self) -> QSize:
         return QSize(self._style.px(120), self._style.px(48 if self.is_low else 56))
