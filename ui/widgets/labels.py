@@ -49,7 +49,7 @@ def plain_tooltip(text: str) -> str:
     """Return a tooltip that shows a text as it is, markup included."""
     if not RichText.mightBeRichText(text):
         return text
-    return f'<p style="white-space: pre-wrap">{html.escape(text)}</p>'
+    return f"<qt>{html.escape(text)}</qt>".replace("\n", "<br>")
 
 
 class CenteredPage(QScrollArea):
