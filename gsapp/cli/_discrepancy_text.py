@@ -75,7 +75,7 @@ def _map(console: PlainConsole, found: DiscrepancyResult) -> None:
 
 
 def _name(console: PlainConsole, found: DiscrepancyResult) -> None:
-    from gsapp.report.discrepancy_text import disturbance_text, effect_text
+    from gsapp.report.discrepancy_text import alternative_groups, disturbance_text, effect_text
 
     console.print_sentence("\n2. Name: which effect is missing?", "bold")
     for number, step in enumerate(found.steps, start=1):
@@ -87,14 +87,14 @@ def _name(console: PlainConsole, found: DiscrepancyResult) -> None:
     for effect in found.effects:
         console.print_sentence(effect_text(effect, DISPLAY_UNITS.get()))
         if effect.runner_up:
-            console.print_sentence(f"Second: {effect.runner_up}, {effect.margin:z.1f} lower.")
-    if found.alternatives:
-        console.print_sentence("These flights look the same with each of these:")
-    for other in found.alternatives:
-        names = " and ".join(other.effects)
-        console.print_sentence(f"  {names}: {other.title}; {other.why}")
-        if other.fly:
-            console.print_sentence(f"    To distinguish, fly: {other.fly}")
+            console.print_sentence(f"Second: {effect.margin_text()}.")
+    for group in alternative_groups(found):
+        names = ", ".join(" and ".join(other.effects) for other in group)
+        console.print_sentence(f"These flights look the same with: {names}")
+        for other in group:
+            console.print_sentence(f"  {other.title}: {other.why}")
+            if other.fly:
+                console.print_sentence(f"    To distinguish, fly: {other.fly}")
     if disturbance_text(found):
         console.print_sentence(disturbance_text(found))
     if not found.effects and not found.alternatives:

@@ -179,7 +179,7 @@ def check_gain(
     if _is_neutral(fit, one):
         raise FlightError(f"{one.id}: nothing is left of its size in the full fit")
     promised = last.gain_of(one.id)
-    gained = last.fit.deviance() - fit.deviance()
+    gained = last.deviance() - fit.deviance()
     if gained < min(
         SEARCH.min_gain_share * promised,
         detection_threshold(false_alarm, last.screening.candidates),

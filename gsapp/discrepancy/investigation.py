@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.candidates import (
     CandidateEffect,
+    StallScreening,
     catalog_candidates,
     screen_stall,
     unnamed_candidates,
@@ -139,6 +140,7 @@ class _Search:
         self._done = 0.0
         self._aside = SetAside()
         self._settled: SettledFits = WeakKeyDictionary()
+        self._stalls: WeakKeyDictionary[FilterErrorFit, StallScreening] = WeakKeyDictionary()
         self._fitter = EffectFitter(of.aircraft, settings.false_alarm, self._tick)
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -178,8 +180,10 @@ class _Search:
         ]
         stall = None
         if any(one.beyond_linear_alpha for one in records):
-            maneuvers = [one.record.maneuver for one in fit.maneuvers]
-            stall = screen_stall(fit.model, maneuvers, of.aircraft)
+            if fit not in self._stalls:
+                maneuvers = [one.record.maneuver for one in fit.maneuvers]
+                self._stalls[fit] = screen_stall(fit.model, maneuvers, of.aircraft)
+            stall = self._stalls[fit]
         flown = [one.filter.linearization for one in fit.maneuvers if one.filter]
         named = catalog_candidates(records, of.aircraft, still, flown, stall=stall)
         unnamed = unnamed_candidates(
@@ -305,7 +309,6 @@ class _Search:
         return SearchStage(
             fit=fit,
             added=added,
-            information=fit.information().with_priors(fit.priors()),
             screening=screening,
             decision=decision,
             forced=forced,

@@ -107,6 +107,12 @@ class FoundEffect:
         """Return whether the catalog explains it; else it is found and not understood."""
         return not is_unnamed(self.effect)
 
+    def margin_text(self) -> str:
+        """Return the next best candidate and how much less it gains."""
+        if self.margin >= 0.0:
+            return f"{self.runner_up}, is {self.margin:.1f} lower in log-likelihood"
+        return f"{self.runner_up}, is {-self.margin:.1f} higher, but has no name, which is rarer"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChangedValue:
@@ -446,12 +452,7 @@ def _effect_sentences(effects: Sequence[FoundEffect]) -> list[str]:
             continue
         sentences.append(
             f"{one.title}: {one.confidence:.0%} sure"
-            + (
-                f"; the next best explanation, {one.runner_up}, is {one.margin:.0f} lower in "
-                "log-likelihood."
-                if one.runner_up
-                else "."
-            )
+            + (f"; the next best explanation, {one.margin_text()}." if one.runner_up else ".")
         )
     return sentences
 

@@ -142,13 +142,21 @@ class SearchStage:
 
     fit: FilterErrorFit
     added: str  # The effect that it has and the stage before has not; empty for the baseline.
-    information: InformationMatrix  # Of the fit, priors included.
     screening: CandidateScreening
     decision: EffectDecision
     forced: bool = False  # Whether the effect was put in by hand.
     proven: bool = False  # Whether kinematics alone prove it.
     equivalent_effects: tuple[str, ...] = ()
     """The set that the effect stands for, itself with it, where these flights cannot tell which."""
+
+    @property
+    def information(self) -> InformationMatrix:
+        """Return that of the fit, priors included; the candidates are in it, too."""
+        return self.screening.full_information
+
+    def deviance(self) -> float:
+        """Return that of the fit, which must still have its filters."""
+        return self.fit.deviance(self.information, has_priors=True)
 
     def gain_of(self, effect: str) -> float:
         """Return what an effect gains in the competition; infinite where it does not compete."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from gsapp.discrepancy.effect_catalog import find_effect
 from gsapp.discrepancy.results import (
+    Alternative,
     ChangedValue,
     DecidingExperiment,
     Disagreement,
@@ -119,6 +120,18 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
     digits = 0 if gap.closed_std is None or gap.closed_std > 0.0095 else 1
     spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.{digits}f}"
     return f"On {where} (held out) {100.0 * gap.closed:.{digits}f}{spread} % of the gap was closed."
+
+
+def alternative_groups(found: DiscrepancyResult) -> tuple[tuple[Alternative, ...], ...]:
+    """Return the alternatives in sets: of each effect that stands for one, and of what is left."""
+    sets = [set(one.one_of) for one in found.effects if one.one_of]
+    grouped = [
+        tuple(other for other in found.alternatives if set(other.effects) <= own) for own in sets
+    ]
+    rest = tuple(
+        other for other in found.alternatives if not any(set(other.effects) <= own for own in sets)
+    )
+    return tuple(group for group in (*grouped, rest) if group)
 
 
 def residual_remarks(found: DiscrepancyResult) -> tuple[str, ...]:

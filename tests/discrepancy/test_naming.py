@@ -170,7 +170,7 @@ def test_one_stands_for_a_set_that_looks_the_same() -> None:
             gain=np.array(gains), size=np.zeros(4), std=np.ones(4),
         )  # fmt: skip
         stage = SearchStage(  # type: ignore[arg-type]
-            fit=None, added="", information=None, screening=screening, decision=decision
+            fit=None, added="", screening=screening, decision=decision
         )
         assert equivalent_effects_of(stage) == expected
     named = decided([100.0, 0.0, 0.0, 0.0])

@@ -189,7 +189,7 @@ register_term(
     ),
     _guidance(
         ("aero.CX.speed", "propulsion.thrust.scale"),
-        "throttle steps at 80 ft/s and 120 ft/s, a glide with idling engines",
+        "throttle steps at two speeds, one half as fast again, a glide with idling engines",
         "aircraft file: zero_thrust_speed is often assumed",
         needs=("throttle", "V"),
     ),

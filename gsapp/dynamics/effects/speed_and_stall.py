@@ -17,7 +17,7 @@ from gsapp.dynamics.terms import EffectGuidance, Parameter, Term, TermFactory, r
 
 _SPEEDS = (
     "level accelerations and decelerations at constant throttle, and the same doublet at "
-    "80 ft/s, 100 ft/s and 120 ft/s"
+    "three speeds, each a fifth faster"
 )
 for _target, _word, _size, _alike, _maneuver, _source in (
     (

@@ -501,14 +501,16 @@ class FilterErrorFit:
             samples=float(one.current_filter.valid.sum()) - n_local,
         )
 
-    def deviance(self, information: InformationMatrix | None = None) -> float:
+    def deviance(
+        self, information: InformationMatrix | None = None, *, has_priors: bool = False
+    ) -> float:
         """Return minus two log likelihoods of all innovations, as last filtered.
 
-        `information`: that of all maneuvers, where it is known already.
+        `information`: that of all maneuvers, where it is known already, with the priors or without.
         """
         if information is None:
             information = self.information()
-        left = information.with_priors(self.priors())
+        left = information if has_priors else information.with_priors(self.priors())
         left = left.projected((*self.free, *self.bias_names()))
         sizes = sum(one.current_filter.log_determinant for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes
