@@ -110,8 +110,8 @@ class FoundEffect:
     def margin_text(self) -> str:
         """Return the next best candidate and how much less it gains."""
         if self.margin >= 0.0:
-            return f"{self.runner_up}, is {self.margin:.1f} lower in log-likelihood"
-        return f"{self.runner_up}, is {-self.margin:.1f} higher, but has no name, which is rarer"
+            return f"{self.runner_up}, {self.margin:.1f} lower in log-likelihood"
+        return f"{self.runner_up}, {-self.margin:.1f} higher, but structure without a name is rarer"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -452,7 +452,7 @@ def _effect_sentences(effects: Sequence[FoundEffect]) -> list[str]:
             continue
         sentences.append(
             f"{one.title}: {one.confidence:.0%} sure"
-            + (f"; the next best explanation, {one.margin_text()}." if one.runner_up else ".")
+            + (f"; next best: {one.margin_text()}." if one.runner_up else ".")
         )
     return sentences
 

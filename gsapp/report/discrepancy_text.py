@@ -40,6 +40,8 @@ HEADLINES = {
 }
 """What each verdict means, as a sentence."""
 
+_VISIBLE_MISFIT = 1.05
+"""Residual of all channels over the noise floor from which something is left, said so."""
 _CLASSES = {
     "A": "seen even when all derivatives are free",
     "B": "seen by kinematics",
@@ -117,9 +119,18 @@ def closed_gap_text(found: DiscrepancyResult) -> str:
         return "No effect was added to close a gap."
     if gap.closed < 0.0:
         return f"On {where} (held out) the gap has not shrunk."
+    left = found.steps[-1].misfit
+    rest = (
+        f" What no candidate explains is left: residuals {left:.2f} times the noise floor."
+        if left > _VISIBLE_MISFIT
+        else ""
+    )
     digits = 0 if gap.closed_std is None or gap.closed_std > 0.0095 else 1
     spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.{digits}f}"
-    return f"On {where} (held out) {100.0 * gap.closed:.{digits}f}{spread} % of the gap was closed."
+    share = f"{100.0 * gap.closed:.{digits}f}{spread} %"
+    if gap.closed > 0.999 and gap.closed_std is not None and gap.closed_std < 0.001:
+        share = "more than 99.9 %"
+    return f"On {where} (held out) {share} of the gap was closed.{rest}"
 
 
 def alternative_groups(found: DiscrepancyResult) -> tuple[tuple[Alternative, ...], ...]:
