@@ -144,6 +144,17 @@ def test_zero_and_upwash_of_a_vane_are_found_and_then_instruments_agree(
     assert find_instrument_errors([correct_instruments(one, [found]) for one in wrong]) == ()
 
 
+def test_nothing_is_said_of_beta_where_only_the_elevator_moved(
+    flown_short: Callable[[int], VirtualFlight],
+) -> None:
+    # In strong gusts the beta vane seemed to show twice the sideslip.
+    gusty = [fly(9070 + k, "lon", gust=2.0, rotating=True).maneuver for k in range(2)]
+    assert find_instrument_errors(gusty) == ()
+    wrong = [at_wrong_position(one, 1.0, 0.8) for one in maneuvers_of(flown_short(1))]
+    (alpha,) = find_instrument_errors([one for one in wrong if one.inputs == ("de",)])
+    assert alpha.channel == "alpha"
+
+
 def test_a_zero_that_the_aircraft_file_states_is_taken_off(
     flown_short: Callable[[int], VirtualFlight],
 ) -> None:

@@ -91,9 +91,14 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
     Returns
     -------
     tuple of InstrumentError
-        Those whose size is beyond chance and matters.
+        Those whose size is beyond chance and matters. Nothing of beta where neither aileron nor
+        rudder was an input.
     """
     prepared = prepare_segments(maneuvers, None)
+    if all({"da", "dr"}.isdisjoint(one.inputs) for one in maneuvers):
+        # What yaws an aircraft without aileron or rudder are gusts, which make sideslip of their
+        # own; through bank and side force, ailerons and rudder excite pitching as well.
+        prepared.hide("beta")
     segments = _select_excited_segments(prepared.segments)
     if not segments or not (positions := _positions(segments)):
         return ()

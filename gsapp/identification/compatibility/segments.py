@@ -73,6 +73,13 @@ class PreparedSegments:
     """Channels that stayed constant while the aircraft moved, with the maneuvers."""
     warnings: list[str] = field(default_factory=list)
 
+    def hide(self, channel: str) -> None:
+        """Leave a channel of `CompatibilitySegment.outputs` out of the stretches."""
+        self.segments = [
+            replace(one, outputs={k: v for k, v in one.outputs.items() if k != channel})
+            for one in self.segments
+        ]
+
     @property
     def channels(self) -> tuple[str, ...]:
         present = set[str]()
