@@ -121,6 +121,28 @@ def test_a_late_channel_is_found_and_then_instruments_agree(
     assert find_instrument_errors([correct_instruments(one, [found]) for one in late]) == ()
 
 
+@pytest.mark.parametrize("seed", [961, 962])
+def test_late_gyros_are_not_asserted_to_be_a_vane_elsewhere(seed: int) -> None:
+    late = [
+        edited(
+            one,
+            **{
+                name: np.interp(one.block.times - 0.025, one.block.times, one.block[name])
+                for name in ("p", "r")
+            },
+        )
+        for one in (fly(10 * seed + k, "lat", color=0.5, gust=0.2).maneuver for k in range(2))
+    ]
+    (found,) = find_instrument_errors(late)
+    assert (found.kind, found.is_ambiguous) == ("position", True)
+    delay = next(one["r.delay"] for one in found.rivals if "r.delay" in one)
+    assert delay == pytest.approx(0.025, abs=0.008)
+    # Nothing for the aircraft file until a maneuver tells; the sentence says which.
+    assert found.file_entry is None
+    assert "two speeds" in found.text
+    assert "r is " in found.text
+
+
 @pytest.mark.parametrize(
     ("channel", "kind", "value"),
     [("alpha", "bias", 1.5 * DEGREE), ("alpha", "scale", 1.15), ("beta", "scale", 0.9)],

@@ -121,26 +121,25 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
         *(_vane_scale(final, name, aircraft) for name in vanes),
     ]
     return tuple(
-        replace(one, alternatives=_alternatives(final, segments, settings, one))
-        for one in errors
-        if one is not None
+        _with_alternatives(final, segments, settings, one) for one in errors if one is not None
     )
 
 
-def _alternatives(
+def _with_alternatives(
     found: InstrumentErrorFit,
     segments: Sequence[CompatibilitySegment],
     settings: CompatibilitySettings,
     error: InstrumentError,
-) -> tuple[str, ...]:
-    """Return the errors that explain the records as well in the place of one."""
+) -> InstrumentError:
+    """Return an error with those that explain the records as well in its place."""
     own = f"{error.channel}.{error.kind}"
     if error.kind == "bias":
         # A box of gyros that is tilted shows the same.
-        return (f"a tilt of the gyros by the same angle about {_TILT_AXES[error.channel]}",)
+        tilt = f"a tilt of the gyros by the same angle about {_TILT_AXES[error.channel]}"
+        return replace(error, alternatives=(tilt,))
     if error.kind == "scale":
-        gyro = _GYROS[error.channel]
-        return () if f"{gyro}.scale" in found.free else (f"{gyro}.scale",)
+        gyro = f"{_GYROS[error.channel]}.scale"
+        return error if gyro in found.free else replace(error, alternatives=(gyro,))
     moved = [name for name in VANE_POSITIONS if _is_misplaced(found, settings, name)]
     shifts = [(found.errors[name], found.std(name)) for name in moved]
     together = len(shifts) == len(VANE_POSITIONS) and abs(
@@ -153,22 +152,45 @@ def _alternatives(
         for name in (*_positions(segments), *_delays(segments))
         if name not in found.free and _axis(name) == _axis(own)
     ]
-    as_good = []
-    for name in rivals:
+    sets: list[tuple[str, ...]] = [(name,) for name in rivals]
+    if error.kind == "position":
+        sets.append(tuple(name for name in _GYRO_BOX_DELAYS if name not in found.free))
+    as_good: list[dict[str, float]] = []
+    for names in sets:
+        if not names or (len(names) > 1 and as_good):
+            continue
         tried = fit_instrument_errors(
             segments,
             settings,
-            [kept for kept in found.free if kept != own] + [name],
+            [*(kept for kept in found.free if kept != own), *names],
             bounds=False,
             begin=found,
             iterations=COMPATIBILITY.max_iterations,
         )
         worse = tried.neg2_log_likelihood - found.neg2_log_likelihood
         if tried.converged and worse < COMPATIBILITY.min_likelihood_gain:
-            as_good.append(name)
-    return (*shared, *as_good)
+            sure = [
+                name
+                for name in names
+                if abs(tried.errors[name]) > COMPATIBILITY.significant_sigmas * tried.std(name)
+            ]
+            values = {name: tried.errors[name] for name in sure or names}
+            if _is_one_filter(list(values.values())):
+                as_good.append(values)
+    return replace(
+        error,
+        alternatives=(*shared, *(" and ".join(one) for one in as_good)),
+        rivals=tuple(as_good),
+    )
 
 
+def _is_one_filter(delays: Sequence[float]) -> bool:
+    """Return whether delays of several gyros may be that of the box which holds them."""
+    least, most = min(delays, key=abs), max(delays, key=abs)
+    return 0.0 <= most / least <= COMPATIBILITY.max_delay_ratio if least else False
+
+
+_GYRO_BOX_DELAYS = tuple(f"{name}.delay" for name in RATE_CHANNELS)
 _GYROS = {"alpha": "q", "beta": "r"}
 """What turns the aircraft in the plane of each vane."""
 _TILT_AXES = {"alpha": "y", "beta": "z"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from gsapp.identification.compatibility.results import format_error_with_bound
@@ -45,6 +45,14 @@ class InstrumentError:
     position: Position | None = None
     file_value: float | None = None
     alternatives: tuple[str, ...] = ()
+    rivals: tuple[Mapping[str, float], ...] = ()
+    """Of a position or a delay: the errors, with their values (SI), that explain the records as
+    well in its place; several in one where only together."""
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Return whether a delay explains the records as well as a position, or the other way."""
+        return any(not name.endswith(f".{self.kind}") for one in self.rivals for name in one)
 
     @property
     def section(self) -> str:
@@ -55,8 +63,10 @@ class InstrumentError:
     def file_entry(self) -> tuple[str, float] | None:
         """Return what `gsapp.aircraft.write_sensor_values` is to write: its key and value (SI).
 
-        None where the section cannot hold it.
+        None where the section cannot hold it, or a delay explains the records as well.
         """
+        if self.is_ambiguous:
+            return None
         if self.position is not None:
             return self.axis, self.position["xyz".index(self.axis)]
         if self.file_value is None:
@@ -71,6 +81,8 @@ class InstrumentError:
     @property
     def text(self) -> str:
         """Return it as a sentence."""
+        if self.is_ambiguous:
+            return self._ambiguous_text()
         name = f"{self.channel}.{self.kind}"
         shown = self.value if self.kind == "scale" else abs(self.value)
         value, std = format_error_with_bound(name, shown, self.std)
@@ -105,6 +117,37 @@ class InstrumentError:
             f"position in the aircraft file{doubt}, and is used there: correct "
             f"{section}.position to {self.axis} = {place:.4g} m"
         )
+
+    def _ambiguous_text(self) -> str:
+        value, std = format_error_with_bound(
+            f"{self.channel}.{self.kind}", abs(self.value), self.std
+        )
+        own = _error_text(
+            f"{self.channel}.{self.kind}", self.value, f"{value} \N{PLUS-MINUS SIGN} {std}"
+        )
+        others = [
+            " and ".join(
+                _error_text(
+                    name, value, format_error_with_bound(name, abs(value), 0.1 * abs(value))[0]
+                )
+                for name, value in one.items()
+            )
+            for one in self.rivals
+        ]
+        return (
+            f"these maneuvers do not tell whether {own}, or {', or '.join(others)}; the former is "
+            "used: fly the same input at two speeds (a delay stays, a position shows less at the "
+            "higher speed), or measure the position"
+        )
+
+
+def _error_text(name: str, value: float, size: str) -> str:
+    """Return a delay or the position of a vane as a clause."""
+    channel, _, kind = name.partition(".")
+    if kind == "delay":
+        return f"{channel} is {size} {'late' if value > 0.0 else 'early'}"
+    side = "ahead of" if value > 0.0 else "behind"
+    return f"the {channel} vane is {size} {side} its position in the aircraft file"
 
 
 def correct_instruments(maneuver: Maneuver, errors: Sequence[InstrumentError]) -> Maneuver:

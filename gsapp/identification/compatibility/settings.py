@@ -192,6 +192,7 @@ class CompatibilityAlgorithmSettings:
     loose_airspeed_factor: float = 1e4  # On the noise power of airspeed, where it is no proof.
     motion_rate: float = 10.0  # Averages a second that tell the frequency of the motion.
     min_delay_phase: float = 0.1  # rad, at the frequency of the motion, from which a delay matters.
+    max_delay_ratio: float = 2.0  # Of gyros in one box: the largest delay over the least.
     min_position_effect: float = 1.0  # Of a position on its flow angle, times its white noise.
     max_final_step: float = 4.0
     """Last step in bounds from which a fit is no proof: at most 2.2 with good instruments whose
