@@ -310,7 +310,7 @@ def discrepancy_json(
         "instruments": [asdict(one) for one in found.instruments],
         "structures": [_structure(one) for one in found.structures],
         "warnings": found.warnings,
-        "experiment": None if found.experiment is None else _experiment(found.experiment),
+        "experiment": None if found.experiment is None else experiment_json(found.experiment),
         "model": None if model is None else str(model),
     }
     plain: dict[str, Any] = _plain(content)
@@ -366,7 +366,8 @@ def _alternative(one: Alternative) -> dict[str, Any]:
     return {"effect": "+".join(one.effects), **asdict(one)}
 
 
-def _experiment(one: DecidingExperiment) -> dict[str, Any]:
+def experiment_json(one: DecidingExperiment) -> dict[str, Any]:
+    """Return an experiment for programs; SI and radians."""
     return {
         "purpose": one.purpose,
         "effects": one.effects,

@@ -143,7 +143,7 @@ class FlightViewStateBuilder:
             has_search=search is not None,
             search_enabled=search is not None and search.enabled,
             search_steps=() if search is None else search.steps,
-            search_state="" if search is None else search_status_text(search),
+            search_state="" if search is None else search_status_text(search, units),
             replay=snapshot.playhead,
             now=snapshot.now,
             empty_text=self._empty(snapshot),

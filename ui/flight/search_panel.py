@@ -24,8 +24,8 @@ _MOST_EFFECTS = 4
 _MIN_EVIDENCE = 0.02  # Of an effect worth a line beside the likeliest.
 
 
-def search_status_text(search: LiveSearch) -> str:
-    """Return how the search stands, in words."""
+def search_status_text(search: LiveSearch, units: str) -> str:
+    """Return how the search stands and what to fly next, in words."""
     if not search.enabled:
         return ""
     if search.error_text:
@@ -35,6 +35,10 @@ def search_status_text(search: LiveSearch) -> str:
     if last is not None:
         searched = count_text(last.maneuvers, "maneuver")
         parts.append(f"{searched}: {typeset(last.why)}")
+        if last.experiment is not None:
+            from gsapp.report.discrepancy_text import experiment_text  # as the plot below
+
+            parts.append(experiment_text(last.experiment, units))
     if search.is_running:
         parts.append(tr("Searching…"))
     return "\n".join(parts) or tr("Begins with the first maneuver.")

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import GroundStationError
-from gsapp.identification.maneuver import Maneuver
 
 if TYPE_CHECKING:
-    from gsapp.discrepancy.results import DiscrepancyResult
+    # The window starts without what estimates.
+    from gsapp.discrepancy.results import DecidingExperiment, DiscrepancyResult
+    from gsapp.identification.maneuver import Maneuver
     from gsapp.session.live_estimation.fit_workers import FitWorker
 
 
@@ -35,6 +36,16 @@ class SearchStep:
     """Probability of each effect by its id, largest first: named ones, then what may be next."""
     titles: Mapping[str, str]
     named: tuple[str, ...] = ()
+    experiment: DecidingExperiment | None = None
+    """What to fly next, where effects cannot be told apart or do not show."""
+
+    def to_json(self) -> dict[str, Any]:
+        content = {one.name: getattr(self, one.name) for one in fields(self)}
+        if self.experiment is not None:
+            from gsapp.discrepancy.results import experiment_json
+
+            content["experiment"] = experiment_json(self.experiment)
+        return content
 
 
 def run_search_request(request: SearchRequest) -> SearchStep:
@@ -54,7 +65,7 @@ def run_search_request(request: SearchRequest) -> SearchStep:
         search = Investigation(maneuvers, maneuvers[0].aircraft, None)
         return _summarize(step, search.run(DiscrepancySettings()))
     except GroundStationError as error:
-        return SearchStep(**{**asdict(step), "why": str(error)})
+        return replace(step, why=str(error))
 
 
 def _summarize(step: SearchStep, found: DiscrepancyResult) -> SearchStep:
@@ -70,14 +81,14 @@ def _summarize(step: SearchStep, found: DiscrepancyResult) -> SearchStep:
         if candidate.effect not in evidence:
             evidence[candidate.effect] = missing * candidate.evidence
             titles[candidate.effect] = candidate.title
-    return SearchStep(
-        time=step.time,
-        maneuvers=step.maneuvers,
+    return replace(
+        step,
         verdict=found.verdict,
         why=found.why,
         evidence=dict(sorted(evidence.items(), key=lambda item: item[1], reverse=True)),
         titles=titles,
         named=tuple(one.effect for one in found.effects if one.named and not one.one_of),
+        experiment=found.experiment,
     )
 
 
@@ -139,4 +150,4 @@ class LiveSearch:
             self.update(maneuvers)
 
     def to_json(self) -> list[dict[str, Any]]:
-        return [asdict(one) for one in self.steps]
+        return [one.to_json() for one in self.steps]
