@@ -65,11 +65,11 @@ def _map(console: PlainConsole, found: DiscrepancyResult) -> None:
     for name in (*found.coefficients, "worst channel"):
         table.add_column(name, justify="right", no_wrap=True)
     channels = np.nan_to_num(residual_map(found, 0), nan=-1.0)
-    for place, view in enumerate(found.maneuvers):
-        row = found.steps[0].coefficient_map[place]
+    for index, view in enumerate(found.maneuvers):
+        row = found.steps[0].coefficient_map[index]
         cells = [f"{value:z.1f}" if np.isfinite(value) else "-" for value in row]
-        worst = int(np.argmax(channels[place]))
-        cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:z.1f}")
+        worst = int(np.argmax(channels[index]))
+        cells.append(f"{channel(found.channels[worst]).symbol} {channels[index, worst]:z.1f}")
         table.add_row(f"{view.id} {view.kind}{' *' if view.held_out else ''}", *cells)
     console.print_unwrapped(table)
 
@@ -176,8 +176,8 @@ def _show(console: PlainConsole, found: DiscrepancyResult) -> None:
 def _filled(console: PlainConsole, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
     """Return a table whose first column is a name and whose others are numbers."""
     table = console.create_table()
-    for place, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if place else "left", no_wrap=True)
+    for index, heading in enumerate(headings):
+        table.add_column(heading, justify="right" if index else "left", no_wrap=True)
     for row in rows:
         table.add_row(*row)
     return table

@@ -118,7 +118,7 @@ def discrepancy(
     try:
         found = _search(console, Investigation(maneuvers, own, model), request)
     except FlightError as error:
-        causes = (words for one in flown for words in uncalibrated_text(one.flight))
+        causes = (text for one in flown for text in uncalibrated_text(one.flight))
         raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
     remarks = (*calibration_sentences(one.flight for one in flown), *record_remarks(maneuvers, own))
     found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))

@@ -268,7 +268,7 @@ def _rows(result: CampaignResult) -> list[str]:
         for name, found in one.estimate.derivatives.items()
         if found.status != "held"
     )
-    order = {name: place for place, name in enumerate(derivative_names())}
+    order = {name: index for index, name in enumerate(derivative_names())}
     return sorted(names, key=lambda name: order.get(name, len(order)))
 
 

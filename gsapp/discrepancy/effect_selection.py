@@ -85,7 +85,7 @@ def screen_candidates(
     `nuisance` does not compete: candidates gain what it cannot explain.
     """
     owners = [one for one in (*competitors, *nuisance) for _ in (one.trials or (one,))]
-    names = tuple(f"{one.id}@{number}" for number, one in enumerate(owners))
+    names = tuple(f"{one.id}@{index}" for index, one in enumerate(owners))
     everything = (*competitors, *nuisance)
     columns = (names, lambda linearization: candidate_columns(everything, linearization))
     parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}

@@ -248,9 +248,9 @@ class HeldOutManeuvers:
         return tuple(
             _Simulated(
                 record=record,
-                computed=tuple(_computed(fit, fit.maneuvers[place]) for fit in flown),
+                computed=tuple(_computed(fit, fit.maneuvers[index]) for fit in flown),
             )
-            for place, record in enumerate(self._records)
+            for index, record in enumerate(self._records)
         )
 
     def zeros_of(self, record: ManeuverRecord) -> FloatArray:
@@ -296,8 +296,8 @@ class HeldOutManeuvers:
     def misfits(self) -> list[float]:
         """Return the mean square of the whitened innovations under each model; 1 at the floor."""
         return [
-            float(np.sqrt(self._squares(number) / max(information.samples, 1.0)))
-            for number, information in enumerate(self._information)
+            float(np.sqrt(self._squares(index) / max(information.samples, 1.0)))
+            for index, information in enumerate(self._information)
         ]
 
     def contradict(self, before: int, found: float, samples: float, least: float) -> bool:
@@ -522,8 +522,8 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
         counted = record.valid[:, column]
         measured.append(record.measured[counted, column])
         floors.append(held.noise_floor(record, name))
-        for place, number in enumerate((0, last)):
-            computed[place].append(one.computed[number][counted, column])
+        for index, number in enumerate((0, last)):
+            computed[index].append(one.computed[number][counted, column])
     shown = np.concatenate(measured)
     floor = float(np.sqrt(np.mean(np.square(floors))))
     fits = [response_fit(shown, np.concatenate(one)) for one in computed]

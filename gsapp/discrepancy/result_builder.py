@@ -68,8 +68,8 @@ def compute_observability(
     for one in screening.candidates:
         if not one.named:
             continue
-        place = screening.index(one.id)
-        std = float(screening.std[place])
+        index = screening.index(one.id)
+        std = float(screening.std[index])
         sigma = abs(one.plausible_size) / std if np.isfinite(std) else 0.0
         aliases: tuple[tuple[str, float], ...] = ()
         if np.isfinite(std):
@@ -151,8 +151,8 @@ def build_result(
     Maneuvers are all, `model` the one that was given.
     """
     effects = tuple(
-        _found_effect(before, after, stages[-1], held, number, aircraft)
-        for number, (before, after) in enumerate(pairwise(stages))
+        _found_effect(before, after, stages[-1], held, index, aircraft)
+        for index, (before, after) in enumerate(pairwise(stages))
     )
     last = stages[-1]
     open_ = [before.decision for before, after in pairwise(stages) if after.equivalent_effects]
@@ -171,14 +171,14 @@ def build_result(
     misfits = held.misfits()
     steps = tuple(
         ModelStep(
-            model=_stage_model(stage, effects[:number], model),
+            model=_stage_model(stage, effects[:index], model),
             added=stage.added,
-            ranking=_ranking(stage, held, number),
-            coefficient_map=maps[number],
-            gap=held.relative_rms(number),
-            misfit=misfits[number],
+            ranking=_ranking(stage, held, index),
+            coefficient_map=maps[index],
+            gap=held.relative_rms(index),
+            misfit=misfits[index],
         )
-        for number, stage in enumerate(stages)
+        for index, stage in enumerate(stages)
     )
     found = DiscrepancyResult(
         verdict=verdict,
@@ -234,7 +234,7 @@ def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Mode
                 "evidence": "all values are refitted; no effect is added",
             }
         )
-    words = "; ".join(
+    text = "; ".join(
         f"{one.effect} ({one.title}): "
         + (
             "forced"
@@ -246,7 +246,7 @@ def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Mode
         + (f", or another of {', '.join(one.one_of)}" if one.one_of else "")
         for one in effects
     )
-    return model.model_copy(update={"evidence": words})
+    return model.model_copy(update={"evidence": text})
 
 
 def _found_effect(

@@ -107,21 +107,21 @@ class AircraftUncertainty:
             shares[title] = change**2
         covariance = found.covariance + added
         derivatives = dict(found.derivatives)
-        for place, name in enumerate(found.free):
+        for index, name in enumerate(found.free):
             one = derivatives[name]
             derivatives[name] = replace(
                 one,
-                std=float(np.sqrt(covariance[place, place])),
-                offset=float(np.hypot(one.offset, np.sqrt(added[place, place]))),
+                std=float(np.sqrt(covariance[index, index])),
+                offset=float(np.hypot(one.offset, np.sqrt(added[index, index]))),
             )
-        told = _largest_parts_text(
+        remarks = _largest_parts_text(
             found.free, shares, covariance.diagonal(), is_stated=self.is_stated
         )
         return replace(
             found,
             derivatives=derivatives,
             covariance=covariance,
-            warnings=(*found.warnings, *told),
+            warnings=(*found.warnings, *remarks),
         )
 
 

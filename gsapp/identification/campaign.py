@@ -585,7 +585,7 @@ def _exclusion_reason(maneuver: Maneuver, settings: CampaignSettings) -> str:
             "for one with 'gsapp discrepancy'"
         )
     return f"moved {moved}, excluded from axis {settings.axis}" + (
-        "".join(f": {words}" for words in _unmeasured_surfaces_text(maneuver, settings.axis))
+        "".join(f": {text}" for text in _unmeasured_surfaces_text(maneuver, settings.axis))
     )
 
 
@@ -617,7 +617,7 @@ def _axis_to_fit(maneuver: Maneuver, settings: CampaignSettings) -> Axis | None:
 
 
 def _unmeasured_surfaces_text(maneuver: Maneuver, axis: Axis) -> tuple[str, ...]:
-    return tuple(words for _, words in unmeasured_surfaces(maneuver, axis))
+    return tuple(text for _, text in unmeasured_surfaces(maneuver, axis))
 
 
 def _fitting_order(

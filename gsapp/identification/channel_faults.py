@@ -148,13 +148,13 @@ def remove_stuck_channels(
     Raises `FlightError` if a maneuver has too few samples.
     """
     found: list[Maneuver] = []
-    said: list[str] = []
+    remarks: list[str] = []
     for maneuver in maneuvers:
         check_sample_count(maneuver)
         whole, stuck = without_stuck_channels(maneuver, axis)
         found.append(whole)
-        said += [f"maneuver {maneuver.id}: {one}" for one in stuck]
-    return found, said
+        remarks += [f"maneuver {maneuver.id}: {one}" for one in stuck]
+    return found, remarks
 
 
 def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> str:
@@ -164,9 +164,9 @@ def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> s
     `evidence`: that it moved.
     """
     name, words = next(iter(unseen.items()))
-    said = f"{words}, {evidence}" if evidence else words
+    text = f"{words}, {evidence}" if evidence else words
     return (
-        f"{said}: if it moved, all values are wrong; repair the record, or state that it rested "
+        f"{text}: if it moved, all values are wrong; repair the record, or state that it rested "
         f"(--stand-in {name}=0)"
     )
 
@@ -205,9 +205,9 @@ def check_estimate_support(
         From `remove_stuck_channels`.
     """
     unseen = {
-        name: words
+        name: text
         for maneuver in maneuvers
-        for name, words in unmeasured_surfaces(maneuver, found.axis, given)
+        for name, text in unmeasured_surfaces(maneuver, found.axis, given)
         if maneuver.has(name)
     }
     signs = () if unseen or remarks else suspicious_signs(found)

@@ -330,9 +330,9 @@ def add_offset_uncertainty(estimate: Estimate, offsets: Mapping[str, float]) -> 
     for name, offset in offsets.items():
         if name not in estimate.free:
             continue
-        place = estimate.free.index(name)
-        covariance[place, place] += offset**2
+        index = estimate.free.index(name)
+        covariance[index, index] += offset**2
         derivatives[name] = replace(
-            derivatives[name], std=float(np.sqrt(covariance[place, place])), offset=offset
+            derivatives[name], std=float(np.sqrt(covariance[index, index])), offset=offset
         )
     return replace(estimate, derivatives=derivatives, covariance=covariance)

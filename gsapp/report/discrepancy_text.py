@@ -96,15 +96,15 @@ def _card_text(card: TestCard, system: str) -> str:
     sizes = " and ".join(
         f"{from_si(size, 'deg', 'angle'):.3g}" for size in card.amplitudes.values()
     )
-    words = (
+    text = (
         f"{card.repeats} {name} {shape}{'s' if card.repeats > 1 else ''} of {sizes} deg at "
         f"{from_si(card.speed, unit, spec.quantity):.0f} {unit}"
     )
     if card.flap:
-        words += f" with flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
+        text += f" with flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
     if card.throttle_step:
-        words += f", then {100.0 * card.throttle_step:+.0f} % throttle"
-    return words
+        text += f", then {100.0 * card.throttle_step:+.0f} % throttle"
+    return text
 
 
 def closed_gap_text(found: DiscrepancyResult) -> str:

@@ -152,8 +152,8 @@ class Toy:
         full = np.zeros((11, 11))
         full[:8, :8] = rates
         gusts = GustStates.create(INTEGRATED_STATES, 8, _V, 1.0, noise)
-        for place, (row, length) in enumerate(zip(GUST_ROWS, noise.gust_lengths, strict=True)):
-            full[row, 8 + place] = full[8 + place, 8 + place] = -_V / length
+        for index, (row, length) in enumerate(zip(GUST_ROWS, noise.gust_lengths, strict=True)):
+            full[row, 8 + index] = full[8 + index, 8 + index] = -_V / length
         self.step = expm(full * dt)
         slopes = np.eye(len(TOY_CHANNELS), 8)
         slopes[-1] = 3.0 * random.standard_normal(8) / _SIZES

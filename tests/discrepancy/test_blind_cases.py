@@ -69,11 +69,11 @@ def test_without_effects_jsbsim_and_our_equations_fly_alike(planned: Planned) ->
     states = np.column_stack([*(motion[name] for name in POLAR), 0.0 * motion["time"]])
     totals = model.evaluate(tuple(states.T), tuple(inputs.T))
     rates = model.rates(tuple(states.T), tuple(inputs.T))
-    for place, axis in enumerate("xyz"):
-        ours = np.asarray(totals.loads[place]) / inputs[:, 7]
+    for index, axis in enumerate("xyz"):
+        ours = np.asarray(totals.loads[index]) / inputs[:, 7]
         np.testing.assert_allclose(ours, motion[f"f{axis}"], atol=1e-5)
-    for place, axis in enumerate("pqr"):
-        np.testing.assert_allclose(np.asarray(rates[3 + place]), motion[f"{axis}_dot"], atol=2e-3)
+    for index, axis in enumerate("pqr"):
+        np.testing.assert_allclose(np.asarray(rates[3 + index]), motion[f"{axis}_dot"], atol=2e-3)
 
 
 def flown_with(effect: str) -> Planned:

@@ -178,10 +178,10 @@ def test_the_benchmark_prints_what_was_asked_for(capsys: pytest.CaptureFixture[s
     ]
     bench.report([bench.Row(case=a, outcome=b, marks=judge(a, b)) for a, b in answers])
     said = capsys.readouterr().out
-    for words in (
+    for text in (
         "66.7 %/3", "by size", "by air", "gusts 0.3 m/s", "by effect", "by baseline", "coefficient",
         "maneuver", "covered", "closed %", "97.0", "size off %", "in three", "100.0 %/3",
         "nothing hidden", "50.0 %/2", "outside the catalog", "confidence: said, right",
         "CPU s a case",
     ):  # fmt: skip
-        assert words in said, words
+        assert text in said, text

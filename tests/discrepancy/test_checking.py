@@ -57,16 +57,16 @@ def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
         "has 2 samples": [*flown[:3], replace(flown[3], block=flown[3].block.between(1.0, 1.03))],
     }
     sentences = {}
-    for words, flights in cases.items():
+    for text, flights in cases.items():
         sentence = told(flights)
-        assert words in sentence
-        sentences[words] = sentence
+        assert text in sentence
+        sentences[text] = sentence
     assert len(set(sentences.values())) == len(cases)
     # The maneuver is named, and what to do about it.
     assert "maneuver 4 of 'virtual'" in sentences["has no q;"]
     assert "maneuver 3 of 'virtual'" in sentences["was flown by 'glider'"]
-    for words in ("only one maneuver", "3 maneuvers are too few"):
-        assert "fly" in sentences[words]
+    for text in ("only one maneuver", "3 maneuvers are too few"):
+        assert "fly" in sentences[text]
 
 
 def test_two_channels_that_lack_are_told_together(flown: list[Maneuver]) -> None:
@@ -86,9 +86,7 @@ def test_an_investigation_says_the_same(flown: list[Maneuver]) -> None:
 def test_inputs_that_move(flown: list[Maneuver]) -> None:
     flown = [with_channel(one, "throttle", 0.5) for one in flown]
     assert moving_inputs(flown) == {"de", "da", "dr"}
-    stepped = [
-        with_channel(one, "throttle", 0.5 + 0.1 * number) for number, one in enumerate(flown)
-    ]
+    stepped = [with_channel(one, "throttle", 0.5 + 0.1 * index) for index, one in enumerate(flown)]
     assert moving_inputs(stepped) == {"de", "da", "dr", "throttle"}
     humming = [with_channel(one, "throttle", 0.5 + 0.01 * np.sin(one.block.times)) for one in flown]
     assert moving_inputs(humming) == {"de", "da", "dr"}
@@ -275,14 +273,14 @@ def test_gains_are_what_a_refit_with_one_more_column_takes_off() -> None:
     left = one.information().projected(("a", "b"))
     gain, size, std = left.gains(one.information())
     without = float(np.sum(left_of(own, one.residual) ** 2))
-    for place, column in enumerate((2, 3, 4)):
+    for index, column in enumerate((2, 3, 4)):
         X = np.column_stack((own, one.columns[:, column]))
         with_it = float(np.sum(left_of(X, one.residual) ** 2))
-        assert gain[place] == pytest.approx(without - with_it, rel=1e-6, abs=1e-9)
-        assert size[place] == pytest.approx(
+        assert gain[index] == pytest.approx(without - with_it, rel=1e-6, abs=1e-9)
+        assert size[index] == pytest.approx(
             np.linalg.lstsq(X, one.residual, rcond=None)[0][-1], rel=1e-6
         )
-        assert std[place] == pytest.approx(np.sqrt(np.linalg.inv(X.T @ X)[-1, -1]), rel=1e-6)
+        assert std[index] == pytest.approx(np.sqrt(np.linalg.inv(X.T @ X)[-1, -1]), rel=1e-6)
 
 
 def test_what_the_others_hold_already_gains_nothing() -> None:

@@ -301,7 +301,7 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     n_shared = len(DERIVATIVES) + len(competitors) + len(biases)
     n_x = 11
     rows, target = [], []
-    for place, one in enumerate(fit.maneuvers):
+    for index, one in enumerate(fit.maneuvers):
         seen, _, n_local = fit.whitened_columns(
             one, lambda linear: [other.build_column(linear) or () for other in competitors]
         )
@@ -312,7 +312,7 @@ def test_screening_gains_are_those_of_a_refit() -> None:
         wide[:, :own] = flat[:, :own]
         for k, name in enumerate(one.record.channels):
             wide[:, own + biases.index(bias_name(one.record.flight, name))] = flat[:, own + k]
-        first = n_shared + n_x * place
+        first = n_shared + n_x * index
         wide[:, first : first + n_x] = flat[:, -1 - n_x : -1]
         rows.append(wide)
         target.append(flat[:, -1])
@@ -334,11 +334,11 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     without, _ = fitted(model_only)
     for k, one in enumerate(competitors):
         with_it, value = fitted([*model_only, len(DERIVATIVES) + k])
-        place = found.index(one.id)
+        index = found.index(one.id)
         size = value / scale[len(DERIVATIVES) + k]
-        assert found.size[place] == pytest.approx(size, rel=1e-3)
+        assert found.size[index] == pytest.approx(size, rel=1e-3)
         allowed = one.low <= size <= one.high
-        assert found.gain[place] == pytest.approx(
+        assert found.gain[index] == pytest.approx(
             (without - with_it) if allowed else 0.0, rel=1e-3, abs=1e-5
         )
     assert float(found.projected_information.matrix[-1, -1]) == pytest.approx(without, rel=1e-5)

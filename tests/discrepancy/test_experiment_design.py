@@ -98,11 +98,11 @@ def test_the_answer_holds_cards_words_and_numbers(
 ) -> None:
     path = save_cards(tmp_path / "cards.toml", experiment.card_set("B777"))
     assert load_cards(path).cards == experiment.cards
-    told = experiment_text(experiment, "US")
-    assert "fly 2 elevator " in told
-    assert "ft/s" in told
+    text = experiment_text(experiment, "US")
+    assert "fly 2 elevator " in text
+    assert "ft/s" in text
     assert "m/s" in experiment_text(experiment, "SI")
-    assert f"{experiment.separation:.1f} standard deviations" in told
+    assert f"{experiment.separation:.1f} standard deviations" in text
     (card,) = experiment.cards
     with_levers = card.model_copy(update={"throttle_step": 0.2, "flap": 10.0 * DEGREE})
     assert format_card(with_levers, "US").endswith(" ft/s, flap 10 deg, then throttle +20 %")

@@ -160,9 +160,9 @@ def test_settling_reaches_the_simulated_motion() -> None:
 def toy_step(toy: Toy) -> FloatArray:
     step = np.zeros((11, 11))
     step[:8, :8] = toy.transition
-    for place, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.gust_lengths, strict=True)):
-        step[:8, 8 + place] = -30.0 / length * toy.dt * toy.transition[:, row]
-        step[8 + place, 8 + place] = np.exp(-30.0 / length * toy.dt)
+    for index, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.gust_lengths, strict=True)):
+        step[:8, 8 + index] = -30.0 / length * toy.dt * toy.transition[:, row]
+        step[8 + index, 8 + index] = np.exp(-30.0 / length * toy.dt)
     return step
 
 
@@ -339,8 +339,8 @@ def test_what_the_smoother_expects_is_what_it_finds() -> None:
     assert found == pytest.approx(np.diag(by_measurement), rel=0.08)
     # Of the white noise behind gusts and moments; sums over gusts themselves scatter for minutes.
     entries = np.eye(11)[:, (3, 4, 5, 0, 1, 2)]
-    for place, row in enumerate(GUST_ROWS):
-        entries[8 + place, 3 + row] = 1.0
+    for index, row in enumerate(GUST_ROWS):
+        entries[8 + index, 3 + row] = 1.0
     for seen, usual in zip(process, by_process, strict=True):
         found = np.mean((seen[steps] @ entries) ** 2, axis=0)
         assert found == pytest.approx(np.diag(entries.T @ usual @ entries), rel=0.12)

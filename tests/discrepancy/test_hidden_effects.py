@@ -57,8 +57,8 @@ def gaps(flown: FlownCase, found: DiscrepancyResult) -> tuple[float, float]:
         for column, name in enumerate(view.channels):
             truth = flown.steady[view.id][name]
             size = NOISE.get(name, 0.1)
-            for place, computed in enumerate((view.computed[0], view.computed[-1])):
-                sums[place] += float(np.sum(((computed[:, column] - truth) / size) ** 2))
+            for index, computed in enumerate((view.computed[0], view.computed[-1])):
+                sums[index] += float(np.sum(((computed[:, column] - truth) / size) ** 2))
     return sums[0], sums[1]
 
 

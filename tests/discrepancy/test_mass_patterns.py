@@ -80,10 +80,10 @@ def test_derivatives_that_an_effect_redefined_offer_no_center_of_gravity() -> No
     still = _moved("mass", 0.0)
     shift = 0.03
     after = still.after.copy()
-    for place, name in enumerate(still.names):
+    for index, name in enumerate(still.names):
         if name.startswith("Cm_"):
             force = f"CN_{name.partition('_')[2]}"
-            after[place] -= shift * TRUTH.derivative(force)
+            after[index] -= shift * TRUTH.derivative(force)
     moved = replace(still, after=after)
     assert ("mass.cg.x",) in [one.effects for one in mass_errors(moved, AIRCRAFT)]
     assert mass_errors(moved, AIRCRAFT, ("Cm",)) == ()

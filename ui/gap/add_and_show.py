@@ -115,8 +115,8 @@ class ForceEffectDialog(FormDialog):
         self.listed.setFixedHeight(style.px(224))
         self.fit_to_content()
 
-    def _filter(self, words: str) -> None:
-        wanted = words.lower().split()
+    def _filter(self, text: str) -> None:
+        wanted = text.lower().split()
         self.listed.show_rows(
             [row for row in self._rows if all(word in row.cells[0].lower() for word in wanted)]
         )
@@ -154,7 +154,7 @@ class AddStage(StageView):
     def __init__(self, style: DisplayStyle, actions: Mapping[str, QAction]) -> None:
         super().__init__(style)
         self.buttons = {
-            name: ActionButton(actions[name], tr(words), style) for name, words in _BUTTONS
+            name: ActionButton(actions[name], tr(text), style) for name, text in _BUTTONS
         }
         self.buttons["gap_accept"].setProperty("role", "primary")
         pair = StackingColumns(style, (6, 5))
@@ -257,19 +257,19 @@ class AddStage(StageView):
         if found is None:
             self.sentences.setText(tr("Rejected: excluded from the search.") if effect else "")
             return
-        said = [
+        parts = [
             tr("Forced by the crew.")
             if found.forced
             else f"{effect_confidence_text(result, found)}."
         ]
-        said[0] = said[0][:1].upper() + said[0][1:]
-        said.append(describe_runner_up(result, found))
-        said.append(
+        parts[0] = parts[0][:1].upper() + parts[0][1:]
+        parts.append(describe_runner_up(result, found))
+        parts.append(
             tr("Log-likelihood gain on the held-out maneuvers: {held_out}.").format(
                 held_out=signed_number_text(found.held_out, 1)
             )
         )
-        self.sentences.setText("\n".join(said))
+        self.sentences.setText("\n".join(parts))
 
     def _draw_structure(self, found: DiscrepancyResult, effect: str) -> None:
         structure = next((one for one in found.structures if effect in one.effects), None)

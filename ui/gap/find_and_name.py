@@ -135,7 +135,7 @@ class FindStage(StageView):
         sentences = (
             [] if lines else [tr("None: residuals are at the noise floor in all maneuvers.")]
         )
-        sentences += [tr("Instruments: {words}").format(words=words) for words in instruments]
+        sentences += [tr("Instruments: {words}").format(words=text) for text in instruments]
         self.empty_label.setText("\n".join(sentences))
         self.empty_label.setVisible(bool(sentences))
         view = find_maneuver_view(result, selection.maneuver)
@@ -169,8 +169,8 @@ class FindStage(StageView):
         )
         bands = [PlotBand(low=-picture.floor, high=picture.floor, name=tr("noise floor"))]
         bands += [
-            PlotBand(low=low, high=high, name="" if place else tr("proven"), is_horizontal=False)
-            for place, (low, high) in enumerate(picture.spans)
+            PlotBand(low=low, high=high, name="" if index else tr("proven"), is_horizontal=False)
+            for index, (low, high) in enumerate(picture.spans)
         ]
         cell = self.map.cell(self.selection.maneuver, self.selection.coefficient)
         ratio = float("nan") if cell is None else cell.ratio

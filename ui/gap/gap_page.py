@@ -243,8 +243,8 @@ class GapPage(JobPage):
         if had_focus:
             result_view.set_initial_focus()
         else:
-            words = result.discrepancy.why or tr("The search has ended.")
-            self._banner.show_result(words, tr("Look (F5)"), self.show_requested.emit)
+            text = result.discrepancy.why or tr("The search has ended.")
+            self._banner.show_result(text, tr("Look (F5)"), self.show_requested.emit)
         self.changed.emit()
 
     def cancel(self) -> None:

@@ -300,8 +300,8 @@ class GapResultView(ScrollingPage):
             return
         ids = [view.id for view in self.result.discrepancy.maneuvers]
         self._chose = True
-        place = ids.index(self.selection.maneuver) + steps
-        self.set_selection(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
+        index = ids.index(self.selection.maneuver) + steps
+        self.set_selection(replace(self.selection, maneuver=ids[min(max(index, 0), len(ids) - 1)]))
 
     @property
     def can_accept(self) -> bool:

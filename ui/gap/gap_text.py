@@ -60,8 +60,8 @@ _OBSERVABILITY_TEXTS = (
 
 def coefficient_text(name: str) -> str:
     """Return ``Cm, pitching moment``."""
-    words = COEFFICIENT_TITLES.get(name)
-    return f"{name}, {words}" if words else name
+    text = COEFFICIENT_TITLES.get(name)
+    return f"{name}, {text}" if text else name
 
 
 def verdict_state(found: DiscrepancyResult) -> IndicatorState:
@@ -97,10 +97,10 @@ def confidence_text(probability: float) -> str:
     """Return ``very likely: right in 97 of 100 cases``."""
     if not math.isfinite(probability):
         return tr("confidence unknown")
-    words = tr(next(word for bound, word in _CONFIDENCE if probability >= bound))
+    text = tr(next(word for bound, word in _CONFIDENCE if probability >= bound))
     # Never a certainty: no number of flights earns it.
     share = min(max(round(100 * probability), 1), 99)
-    return tr("{words}: right in {share} of 100 such cases").format(words=words, share=share)
+    return tr("{words}: right in {share} of 100 such cases").format(words=text, share=share)
 
 
 def effect_confidence_text(result: SearchResult, effect: FoundEffect) -> str:
@@ -117,8 +117,8 @@ def observability_text(sigma: float) -> str:
     """Return how well an effect of plausible size would show: ``12 σ, clearly``."""
     if not math.isfinite(sigma):
         return DASH
-    words = tr(next(word for bound, word in _OBSERVABILITY_TEXTS if sigma >= bound))
-    return f"{sigma_text(sigma)}, {words}"
+    text = tr(next(word for bound, word in _OBSERVABILITY_TEXTS if sigma >= bound))
+    return f"{sigma_text(sigma)}, {text}"
 
 
 def sigma_text(sigma: float) -> str:
@@ -183,8 +183,8 @@ def axis_unit(name: str, system: str) -> str:
 
 def maneuver_kind_text(kind: str) -> str:
     """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
-    words = re.split(r"(\W+)", kind.strip())
-    return "".join(SURFACE_NAMES.get(word, word) for word in words) or tr("maneuver")
+    text = re.split(r"(\W+)", kind.strip())
+    return "".join(SURFACE_NAMES.get(word, word) for word in text) or tr("maneuver")
 
 
 def maneuver_text(result: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:

@@ -169,7 +169,7 @@ def describe_disagreement(one: Disagreement, system: str) -> str:
 def build_disagreement_rows(result: SearchResult, system: str) -> tuple[TableRow, ...]:
     """Return the list of disagreements, most significant first; keys are their places."""
     lines = []
-    for place, one in enumerate(result.discrepancy.disagreements):
+    for index, one in enumerate(result.discrepancy.disagreements):
         when = tr("{start} to {end}").format(
             start=clock_text(one.t_start, decimals=1), end=clock_text(one.t_end, decimals=1)
         )
@@ -183,7 +183,7 @@ def build_disagreement_rows(result: SearchResult, system: str) -> tuple[TableRow
         )
         lines.append(
             TableRow(
-                key=place, cells=(one.maneuver, describe_disagreement(one, system)), detail=detail
+                key=index, cells=(one.maneuver, describe_disagreement(one, system)), detail=detail
             )
         )
     return tuple(lines)
@@ -273,11 +273,11 @@ def describe_effect(result: SearchResult, effect: str) -> tuple[str, tuple[tuple
     if note is not None and note.mistaken_for:
         others = join_with_and(result.title(name) for name in note.mistaken_for)
         paragraphs.append((tr("Mistaken for"), others))
-    told = seen.fly if seen is not None and seen.fly else ""
-    if note is not None and note.distinguished_by and note.distinguished_by != told:
-        told = f"{told}; {note.distinguished_by}" if told else note.distinguished_by
-    if told:
-        paragraphs.append((tr("Maneuver that tells it apart"), told))
+    text = seen.fly if seen is not None and seen.fly else ""
+    if note is not None and note.distinguished_by and note.distinguished_by != text:
+        text = f"{text}; {note.distinguished_by}" if text else note.distinguished_by
+    if text:
+        paragraphs.append((tr("Maneuver that tells it apart"), text))
     if note is not None and note.remedy:
         paragraphs.append((tr("Ground measurement"), note.remedy))
     if seen is not None:
@@ -345,7 +345,7 @@ def build_effect_status_rows(result: SearchResult, step: int) -> tuple[TableRow,
     """Return the effects on the way with where each stands, then those that were refused."""
     rows = []
     for place, one in enumerate(result.discrepancy.steps[1:], start=1):
-        words = (
+        text = (
             tr("in the model")
             if place <= step
             else tr("next")
@@ -353,8 +353,8 @@ def build_effect_status_rows(result: SearchResult, step: int) -> tuple[TableRow,
             else tr("later")
         )
         if one.added in result.request.forced:
-            words += tr(", forced")
-        cells = (str(place), result.title(one.added), words)
+            text += tr(", forced")
+        cells = (str(place), result.title(one.added), text)
         rows.append(TableRow(key=one.added, cells=cells, is_bold=place <= step, detail=one.added))
     rows += [
         TableRow(

@@ -152,9 +152,9 @@ class DisagreementMapLegend(QWidget):
         painter = QPainter(self)
         painter.setFont(style.font("label"))
         wide = self.width() / len(self._words)
-        for place, words in enumerate(self._words):
-            fill, text = level_brushes(style, place)
-            box = QRectF(place * wide, style.px(2), wide - 1, style.px(20))
+        for index, words in enumerate(self._words):
+            fill, text = level_brushes(style, index)
+            box = QRectF(index * wide, style.px(2), wide - 1, style.px(20))
             painter.fillRect(box, fill)
             painter.setPen(text)
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
@@ -181,9 +181,9 @@ class _EvidenceBarDelegate(_StyledDelegate):
         painter.fillRect(bar, style.color("text"))
         painter.setFont(index.data(Qt.ItemDataRole.FontRole))
         painter.setPen(style.color("text"))
-        words = QRectF(track.right(), option.rect.top(), number, option.rect.height())
+        text = QRectF(track.right(), option.rect.top(), number, option.rect.height())
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(words, right, percent_text(evidence))
+        painter.drawText(text, right, percent_text(evidence))
         painter.restore()
 
 
@@ -256,14 +256,14 @@ class _PaintedWidget(QWidget):
     def _paint_floor_name(self, painter: QPainter, x: float, top: float) -> None:
         painter.setFont(self._style.font("label"))
         painter.setPen(self._style.color("muted"))
-        words = tr("1 = noise floor")
-        across = QFontMetricsF(painter.font()).horizontalAdvance(words)
+        text = tr("1 = noise floor")
+        across = QFontMetricsF(painter.font()).horizontalAdvance(text)
         left = min(max(x - across / 2, 0), self.width() - across)
-        painter.drawText(QRectF(left, top, across + 2, self._style.px(20)), _LEFT, words)
+        painter.drawText(QRectF(left, top, across + 2, self._style.px(20)), _LEFT, text)
 
-    def _describe(self, words: str) -> None:
-        self.setAccessibleDescription(words)
-        self.setToolTip(plain_tooltip(words.replace("; ", "\n")))
+    def _describe(self, text: str) -> None:
+        self.setAccessibleDescription(text)
+        self.setToolTip(plain_tooltip(text.replace("; ", "\n")))
         self._restyle()
 
 
@@ -280,7 +280,7 @@ class ChannelGapBars(_PaintedWidget):
 
     def show_pairs(self, pairs: Sequence[ChannelGapPair]) -> None:
         self._pairs = tuple(pairs)
-        words = "; ".join(
+        text = "; ".join(
             tr("{channel} from {before} to {after} times the noise").format(
                 channel=channel_symbol(one.channel),
                 before=noise_ratio_text(one.before),
@@ -288,7 +288,7 @@ class ChannelGapBars(_PaintedWidget):
             )
             for one in pairs
         )
-        self._describe(words)
+        self._describe(text)
 
     def sizeHint(self) -> QSize:
         style = self._style
@@ -312,12 +312,12 @@ class ChannelGapBars(_PaintedWidget):
                 QRectF(0, top, names, 2 * thick + 2), _LEFT, channel_symbol(one.channel)
             )
             values = ((one.before, "previous"), (one.after, trace_color(one.channel)))
-            for place, (value, color) in enumerate(values):
-                y = top + place * (thick + 2)
+            for index, (value, color) in enumerate(values):
+                y = top + index * (thick + 2)
                 wide = room * min(value, largest) / largest if math.isfinite(value) else 0.0
                 painter.fillRect(QRectF(names, y, wide, thick), curve_color(style, color))
-                painter.setFont(style.font("label", strong=place == 1))
-                painter.setPen(style.color("text" if place else "muted"))
+                painter.setFont(style.font("label", strong=index == 1))
+                painter.setPen(style.color("text" if index else "muted"))
                 # Right of the floor's line, not across it.
                 left = names + max(wide, room / largest) + style.px(4)
                 box = QRectF(left, y - 2, number, thick + 4)
@@ -342,13 +342,13 @@ class MisfitWaterfall(_PaintedWidget):
         self, steps: Sequence[WaterfallStep], titles: Sequence[str], current: int
     ) -> None:
         self._steps, self._titles, self._current = tuple(steps), tuple(titles), current
-        words = "; ".join(
+        text = "; ".join(
             tr("{title}: {after} times the noise floor").format(
                 title=title, after=noise_ratio_text(one.after)
             )
             for title, one in zip(titles, steps, strict=True)
         )
-        self._describe(words)
+        self._describe(text)
 
     def sizeHint(self) -> QSize:
         style = self._style
@@ -391,10 +391,10 @@ class MisfitWaterfall(_PaintedWidget):
             painter.setPen(style.color("text"))
             painter.setFont(style.font("label", strong=True))
             left = room * max(high, 1.0) / largest + style.px(4)
-            told = noise_ratio_text(one.after)
+            text = noise_ratio_text(one.after)
             if row:
-                told = f"{noise_ratio_text(one.before)}{ARROW}{told}"
-            painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, told)
+                text = f"{noise_ratio_text(one.before)}{ARROW}{text}"
+            painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, text)
         bottom = len(self._steps) * step
         x = room / largest
         for row in range(len(self._steps)):
@@ -486,8 +486,8 @@ class StepSlider(ArrowKeyNavigation, QSlider):
             painter.setFont(font)
             painter.setPen(style.color("text" if here else "muted"))
             box = QRectF(place * wide, style.px(24), wide - style.px(8), style.px(18))
-            words = QFontMetricsF(font).elidedText(name, Qt.TextElideMode.ElideRight, box.width())
-            painter.drawText(box, _LEFT, words)
+            text = QFontMetricsF(font).elidedText(name, Qt.TextElideMode.ElideRight, box.width())
+            painter.drawText(box, _LEFT, text)
         if self.hasFocus():
             paint_focus_frame(painter, self.rect(), style)
         painter.end()

@@ -203,9 +203,9 @@ class GapJobHandler:
         steps = 2 * len(request.flights) + 2
         done = 0
 
-        def doing(words: str) -> None:
+        def doing(text: str) -> None:
             nonlocal done
-            self._report_progress(_READ_SHARE * done / steps, words)
+            self._report_progress(_READ_SHARE * done / steps, text)
             done += 1
 
         doing(QT_TR_NOOP("starting"))

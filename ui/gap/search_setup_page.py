@@ -136,9 +136,9 @@ class SearchSetupPage(CenteredPage):
         style.changed.connect(self._rescale)
         self._update_state()
 
-    def _button(self, words: str, act: Callable[[], object]) -> QPushButton:
-        button = QPushButton(words)
-        button.setAccessibleName(words.rstrip("…"))
+    def _button(self, text: str, act: Callable[[], object]) -> QPushButton:
+        button = QPushButton(text)
+        button.setAccessibleName(text.rstrip("…"))
         button.clicked.connect(lambda _checked=False: act())
         return button
 

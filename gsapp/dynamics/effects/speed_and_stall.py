@@ -144,14 +144,14 @@ _SHAPE = "tau1 X' + X = (1 - tanh(a1 (alpha - tau2 alpha' - alpha_star)))/2"
 
 
 def _stall_factory(
-    target: str, default: float, bounds: tuple[float, float], words: str
+    target: str, default: float, bounds: tuple[float, float], text: str
 ) -> TermFactory:
     def make(aircraft: Aircraft) -> Term:
         lift = target == "CN"
         part = "alpha (1 - ((1 + sqrt X)/2)^2)" if lift else "(1 - X)"
         return StallTerm(
             id=f"aero.{target}.stall",
-            title=f"Stall: {words}",
+            title=f"Stall: {text}",
             equation=f"{target} += {target}_stall {part}, {_SHAPE}",
             target=target,
             reads=("alpha", "V", "alpha_dot_hat"),
@@ -180,8 +180,8 @@ def _stall_factory(
 def _shape_parameters(aircraft: Aircraft) -> tuple[Parameter, ...]:
     angle = aircraft.limits.alpha_stall
     return tuple(
-        Parameter(name, unit, value, bounds, words, neutral=value)
-        for name, unit, value, bounds, words in (
+        Parameter(name, unit, value, bounds, text, neutral=value)
+        for name, unit, value, bounds, text in (
             ("a1", "", 20.0, (8.0, 100.0), "abruptness of the separation, per radian"),
             (
                 "alpha_star",

@@ -42,12 +42,12 @@ def format_card(card: TestCard, system: str) -> str:
     unit = spec.display_unit(system)
     surfaces = " and ".join(SURFACE_NAMES[name] for name in card.surfaces)
     speed = from_si(card.speed, unit, spec.quantity)
-    words = f"{surfaces} {card.kind} at {speed:.0f} {unit}"
+    text = f"{surfaces} {card.kind} at {speed:.0f} {unit}"
     if card.flap:
-        words += f", flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
+        text += f", flap {from_si(card.flap, 'deg', 'angle'):.0f} deg"
     if card.throttle_step:
-        words += f", then throttle {100.0 * card.throttle_step:+.0f} %"
-    return words
+        text += f", then throttle {100.0 * card.throttle_step:+.0f} %"
+    return text
 
 
 def format_stick_input(stick: Mapping[str, str]) -> str:

@@ -328,9 +328,9 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
     So looks a channel in another unit: its scale is too far off to be found by small steps.
     """
     verdicts = []
-    for place, name in enumerate(("p", "q", "r")):
-        worst = max(found.segments, key=lambda one: float(one.noise.input_factors[place]))
-        power = float(worst.noise.input_factors[place])
+    for index, name in enumerate(("p", "q", "r")):
+        worst = max(found.segments, key=lambda one: float(one.noise.input_factors[index]))
+        power = float(worst.noise.input_factors[index])
         if power <= COMPATIBILITY.max_gyro_noise_ratio or name in worst.segment.absent:
             continue
         noise = power**0.5 * worst.segment.noise[name]
@@ -344,7 +344,7 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
                 f"motions in maneuver {worst.segment.maneuver}: they agree only if its "
                 f"noise were {power**0.5:.0f} times larger; check its unit and those "
                 "of the angles",
-                before=(power * float(worst.error_model.input_density[place])) ** 0.5,
+                before=(power * float(worst.error_model.input_density[index])) ** 0.5,
                 seen_in=name,
             )
         )
@@ -366,9 +366,9 @@ def _gust_warnings(found: InstrumentErrorFit) -> list[str]:
     }
     if not strong:
         return []
-    said = ", ".join(f"{size:.1f} m/s along {name}" for name, size in strong.items())
+    text = ", ".join(f"{size:.1f} m/s along {name}" for name, size in strong.items())
     return [
-        f"the air moved, by {said} over a second: airspeed, alpha and beta contain it, and bounds "
+        f"the air moved, by {text} over a second: airspeed, alpha and beta contain it, and bounds "
         "are wide accordingly"
     ]
 

@@ -79,8 +79,8 @@ class InstrumentErrorFit:
 
     def std(self, name: str) -> float:
         """Return the bound of a free error."""
-        place = self.free.index(name)
-        return float(np.sqrt(max(self.covariance[place, place], 0.0)))
+        index = self.free.index(name)
+        return float(np.sqrt(max(self.covariance[index, index], 0.0)))
 
     def rms(self, channel: str) -> float:
         """Return the residual of one channel, rms over all stretches; SI."""
@@ -230,9 +230,9 @@ def fit_instrument_errors(
                     S=part.S,
                     v=part.innovations,
                     W=part.gain.weight,
-                    columns=_columns(place, len(free)),
+                    columns=_columns(index, len(free)),
                 )
-                for place, part in enumerate(parts)
+                for index, part in enumerate(parts)
             ],
             size,
             prior=np.diag(prior),
@@ -290,8 +290,8 @@ def _apply_step(free: Sequence[str], before: _FitState, step: FloatArray) -> _Fi
     return (
         {name: errors[name] + float(change) for name, change in zip(free, step, strict=False)},
         [
-            start.perturbed(step[_columns(place, len(free))[len(free) :]])
-            for place, start in enumerate(starts)
+            start.perturbed(step[_columns(index, len(free))[len(free) :]])
+            for index, start in enumerate(starts)
         ],
         origin + step,
     )
@@ -312,8 +312,8 @@ def _normal_equations(
     """Return the information matrix and the gradient."""
     H: FloatArray = np.diag(prior)
     g: FloatArray = -prior * origin
-    for place, part in enumerate(parts):
-        columns = _columns(place, shared)
+    for index, part in enumerate(parts):
+        columns = _columns(index, shared)
         S, left = _mask_sensitivities(part.S, part.innovations), np.nan_to_num(part.innovations)
         flat = S.reshape(-1, S.shape[2])
         weighted: FloatArray = (part.gain.weight @ S).reshape(flat.shape)
@@ -399,13 +399,13 @@ def _limit_step(step: FloatArray, free: Sequence[str], errors: Mapping[str, floa
     """Return the step with scales kept away from zero and delays within reason."""
     turns = np.abs(step[len(free) :].reshape(-1, len(INITIAL_STATE_NAMES))[:, 3:]).max()
     found: FloatArray = step * min(1.0, COMPATIBILITY.max_rotation_step / max(turns, 1e-300))
-    for place, name in enumerate(free):
-        value = errors[name] + found[place]
+    for index, name in enumerate(free):
+        value = errors[name] + found[index]
         if name.endswith(".scale"):
             value = min(max(value, 0.1), 10.0)
         elif name.endswith(".delay"):
             value = min(max(value, -COMPATIBILITY.max_delay), COMPATIBILITY.max_delay)
-        found[place] = value - errors[name]
+        found[index] = value - errors[name]
     return found
 
 
@@ -570,13 +570,13 @@ def scale_bounds(
     places = np.arange(len(found.free))
     H[places, places] = 1.0 / np.array([settings.plausible_size(n) for n in found.free]) ** 2
     H[range(len(free), size), range(len(free), size)] = 1e-6
-    for place, one in enumerate(found.segments):
+    for index, one in enumerate(found.segments):
         part = _linearize_segment(
             one.segment, settings, found.errors, one.initial_state, free, one.noise, look=False
         )
         if part is None:
             continue
-        columns = _columns(place, len(free))
+        columns = _columns(index, len(free))
         S = _mask_sensitivities(part.S, part.innovations)
         for name, label in zip(channels, names, strict=True):
             if not is_motion_significant(one.segment, name, settings.rate):

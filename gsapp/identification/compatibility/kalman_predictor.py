@@ -152,13 +152,13 @@ def build_error_state_model(
         process[axis] = step * np.outer(by_rate, by_rate)
         process[3 + axis] = process[6 + axis] = step * np.outer(by_force, by_force)
     drive = np.full(9, COMPATIBILITY.calm_air_density)
-    for place, name in enumerate(KINEMATIC_INPUTS):
+    for index, name in enumerate(KINEMATIC_INPUTS):
         unknown = (
             COMPATIBILITY.unmeasured_rate_density
-            if place < 3
+            if index < 3
             else COMPATIBILITY.unmeasured_force_density
         )
-        drive[place] = unknown if name in stretch.absent else stretch.noise[name] ** 2 * stretch.dt
+        drive[index] = unknown if name in stretch.absent else stretch.noise[name] ** 2 * stretch.dt
     return ErrorStateModel(
         width=width,
         step=step,

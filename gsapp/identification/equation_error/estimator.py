@@ -138,17 +138,17 @@ def _from_motions(
     plain = _estimate_from_coefficients(found, maneuvers, axis, free=free, held=held, model=model)
     if shift is None or not proven:
         return plain
-    told = (
+    text = (
         f"vanes and surfaces come {1e3 * shift[0]:.1f} +- {1e3 * shift[1]:.1f} ms "
         f"{'late' if shift[0] > 0.0 else 'early'} against the gyros"
     )
     if delays != "estimate":
-        bent = f"{told}: moment derivatives are biased, which no bound includes"
+        bent = f"{text}: moment derivatives are biased, which no bound includes"
         return replace(plain, warnings=(*plain.warnings, bent))
     late = dict.fromkeys(DELAYED_CHANNELS, shift[0])
     right = smooth_coefficients(maneuvers, motions, model=model, cutoff=cutoff, delays=late)
     better = _estimate_from_coefficients(right, maneuvers, axis, free=free, held=held, model=model)
-    return _widen_bounds(better, plain, shift, f"{told}, which is corrected")
+    return _widen_bounds(better, plain, shift, f"{text}, which is corrected")
 
 
 def _widen_bounds(

@@ -114,9 +114,9 @@ class BlockLinearization:
         stepwise = np.zeros((n - 1, size, size))
         stepwise[:, :n_states, :n_states] = linearization.transition
         stepwise[:, moved, moved] = own = expm(gusts.rates * record.dt)
-        for place, row in enumerate(gusts.rows):
-            rate = gusts.rates[place, place]
-            stepwise[:, :n_states, n_states + place] = (
+        for index, row in enumerate(gusts.rows):
+            rate = gusts.rates[index, index]
+            stepwise[:, :n_states, n_states + index] = (
                 rate * record.dt * linearization.transition[:, :, row]
             )
         if gusts.is_rotational:

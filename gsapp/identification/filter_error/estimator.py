@@ -584,17 +584,17 @@ class _Result:
             V = float(np.mean([one.current_filter.blocks.V for one in own]))
             span = own[0].record.maneuver.aircraft.geometry.span
             sizes = noise.gust_rms(V)
-            told = [
+            parts = [
                 f"{sizes[name]:.2g} m/s along {axis}"
                 for name, axis in zip("uvw", "xyz", strict=True)
                 if name in gusts and sizes[name] > FILTER_ERROR.min_reported_gust
             ]
             turning = noise.rotation_rms(V, span)
-            told += [
+            parts += [
                 f"{turning[name] / DEGREE:.2g} deg/s about {axis}"
                 for name, axis in zip("pqr", "xyz", strict=True)
                 if name in gusts and turning[name] > FILTER_ERROR.min_reported_rotation
             ]
-            if told:
-                found.append(f"turbulence: {', '.join(told)}")
+            if parts:
+                found.append(f"turbulence: {', '.join(parts)}")
         return found

@@ -88,11 +88,11 @@ class InformationMatrix:
         matrix = self.matrix.copy()
         for name, (value, std) in priors.items():
             if name in self.names:
-                place = self.names.index(name)
+                index = self.names.index(name)
                 weight = 1.0 / std**2
-                matrix[place, place] += weight
-                matrix[place, -1] += weight * value
-                matrix[-1, place] += weight * value
+                matrix[index, index] += weight
+                matrix[index, -1] += weight * value
+                matrix[-1, index] += weight * value
                 matrix[-1, -1] += weight * value * value
         return InformationMatrix(names=self.names, matrix=matrix, samples=self.samples)
 
@@ -151,9 +151,9 @@ class InformationMatrix:
 
     def cosines(self, name: str) -> FloatArray:
         """Return how alike each parameter's column is to that of one, -1 to 1."""
-        place = self.names.index(name)
+        index = self.names.index(name)
         own = np.sqrt(np.maximum(self.matrix.diagonal()[:-1], 1e-300))
-        return np.asarray(self.matrix[:-1, place] / own / own[place])
+        return np.asarray(self.matrix[:-1, index] / own / own[index])
 
 
 BIAS_PRIOR_STD: Mapping[str, float] = {
@@ -428,10 +428,10 @@ class FilterErrorFit:
         columns += [
             (
                 SensitivityEntry(
-                    target=f"channel.{name}", history=linearization.bias_sensitivity[:, place]
+                    target=f"channel.{name}", history=linearization.bias_sensitivity[:, index]
                 ),
             )
-            for place, name in enumerate(one.record.channels)
+            for index, name in enumerate(one.record.channels)
             if name in self.bias_stds
         ]
         return filter_columns(one.current_filter, columns, self.bias_of(one.record))

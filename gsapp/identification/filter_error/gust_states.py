@@ -86,25 +86,25 @@ class GustStates:
         count = len(names)
         rates, rotation = np.zeros((count, count)), np.zeros((3, count))
         entries = np.zeros((count, n_states + count))
-        for place, name in enumerate(names):
-            own = n_states + place
+        for index, name in enumerate(names):
+            own = n_states + index
             if name in along:
                 size = 1.0 if name == "u" else 1.0 / V
-                entries[place, states.index(GUST_TARGETS[name])] = entries[place, own] = size
+                entries[index, states.index(GUST_TARGETS[name])] = entries[index, own] = size
                 if noise is not None:
-                    rates[place, place] = -V / noise.gust_lengths[GUSTS.index(name)]
+                    rates[index, index] = -V / noise.gust_lengths[GUSTS.index(name)]
                 continue
             if noise is None:  # No air that rotates.
                 continue
-            entries[place, own] = rotation[ROTATIONS.index(name), place] = 1.0
+            entries[index, own] = rotation[ROTATIONS.index(name), index] = 1.0
             bandwidth = noise.rotation_rate(name, V, span)
-            rates[place, place] = -bandwidth
+            rates[index, index] = -bandwidth
             source = {"q": "w", "r": "v"}.get(name)
             if source in along:
                 # Gusts are what flows past, -w_g/V: q_g follows their rate, r_g minus it.
                 pitch, yaw = noise.gradient_gains
                 gain, row = bandwidth * (pitch if name == "q" else -yaw), names.index(source)
-                rates[place, row] = gain * rates[row, row]
+                rates[index, row] = gain * rates[row, row]
                 entries[row, own] = gain * entries[row, n_states + row]
         sizes = dict(zip(GUSTS, FILTER_ERROR.gust_scales, strict=True))
         return cls(

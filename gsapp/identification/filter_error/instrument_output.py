@@ -100,8 +100,8 @@ class _SensorInputs:
             return beta_vane(flow, fin.kind, fin.upwash), _beta_vane_gradient(
                 flow, slopes, fin.kind, fin.upwash
             )
-        place = POLAR_STATES.index(name)
-        return self._state[place], {place: 1.0}
+        index = POLAR_STATES.index(name)
+        return self._state[index], {index: 1.0}
 
     def _place(self, instrument: str) -> tuple[_Vector, _VectorGradient]:
         """Return where an instrument sits from the center of gravity."""

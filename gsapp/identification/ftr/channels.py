@@ -103,8 +103,8 @@ class ChannelAvailability:
 
     def was_measured(self, name: str) -> bool:
         """Return whether a channel spoke at any time."""
-        place = CHANNEL_INDEX[name]
-        return bool(self._heard[place] if self._known is None else self._known[place])
+        index = CHANNEL_INDEX[name]
+        return bool(self._heard[index] if self._known is None else self._known[index])
 
     # --- words ----------------------------------------------------------------------------------
 

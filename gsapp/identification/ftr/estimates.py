@@ -232,17 +232,17 @@ class EstimateLog:
 
     def append(self, times: FloatArray, moment: EstimateSnapshot) -> None:
         """Add moments; those at or before the last one take its place."""
-        at = int(np.searchsorted(self.times, times[0] - 1e-9))
-        need = at + times.size
+        index = int(np.searchsorted(self.times, times[0] - 1e-9))
+        need = index + times.size
         if need > self._times.size:
             old_times, old = self._times, self._table
             self._make(2 * need)
-            self._times[:at] = old_times[:at]
+            self._times[:index] = old_times[:index]
             for name, array in old.items():
-                self._table[name][:at] = array[:at]
-        self._times[at:need] = times
+                self._table[name][:index] = array[:index]
+        self._times[index:need] = times
         for name, array in self._table.items():
-            array[at:need] = getattr(moment, name)
+            array[index:need] = getattr(moment, name)
         self._count = need
 
     @property
@@ -335,22 +335,22 @@ def live_estimate_at(
 
     `missing`: coefficients whose equation cannot run now, with the reason in words.
     """
-    place = log.names.index(name)
-    verdict = EstimateVerdict(int(log.verdicts[row, place]))
+    index = log.names.index(name)
+    verdict = EstimateVerdict(int(log.verdicts[row, index]))
     coefficient = name.partition("_")[0]
-    companion = int(log.companions[row, place])
+    companion = int(log.companions[row, index])
     others = derivatives_of(coefficient)[1:]
     partner = others[companion] if companion >= 0 else None
-    noise, amplitude, uncertain, listened = (float(x) for x in log.qualities[row, place])
+    noise, amplitude, uncertain, listened = (float(x) for x in log.qualities[row, index])
     earned = verdict is EstimateVerdict.ESTIMATED
     reach = min(noise / settings.signal_to_noise, 1.0) if not name.endswith("_0") else 1.0
     sure = min(settings.uncertain_share / uncertain, 1.0) if uncertain > 0.0 else 0.0
     return LiveEstimate(
         name=name,
         time=float(log.times[row]),
-        value=float(log.values[row, place]) if earned else None,
-        std=float(log.stds[row, place]) if earned else None,
-        cramer_rao=float(log.plains[row, place]) if earned else None,
+        value=float(log.values[row, index]) if earned else None,
+        std=float(log.stds[row, index]) if earned else None,
+        cramer_rao=float(log.plains[row, index]) if earned else None,
         status=verdict.status,
         confounded_with=(partner,) if verdict is EstimateVerdict.COLLINEAR and partner else (),
         why=estimate_verdict_text(
@@ -371,12 +371,12 @@ def live_estimate_at(
 
 def estimate_history(log: EstimateLog, name: str) -> EstimateHistory:
     """Return all estimates of one derivative."""
-    place = log.names.index(name)
-    earned = log.verdicts[:, place] == EstimateVerdict.ESTIMATED
+    index = log.names.index(name)
+    earned = log.verdicts[:, index] == EstimateVerdict.ESTIMATED
     return EstimateHistory(
         name=name,
         times=log.times.copy(),
-        values=np.where(earned, log.values[:, place], np.nan),
-        stds=np.where(earned, log.stds[:, place], np.nan),
-        signal_to_noise=log.qualities[:, place, 0].astype(np.float64),
+        values=np.where(earned, log.values[:, index], np.nan),
+        stds=np.where(earned, log.stds[:, index], np.nan),
+        signal_to_noise=log.qualities[:, index, 0].astype(np.float64),
     )

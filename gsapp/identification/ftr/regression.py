@@ -181,12 +181,12 @@ def group_by_step(steps: IndexArray, firsts: IndexArray) -> list[tuple[slice, in
     """
     found: list[tuple[slice, int]] = []
     start, step = 0, 0
-    for place, (own, first) in enumerate(zip(steps.tolist(), firsts.tolist(), strict=True)):
+    for index, (own, first) in enumerate(zip(steps.tolist(), firsts.tolist(), strict=True)):
         if first == 0:
             continue
         if step not in (0, own):
-            found.append((slice(start, place), step))
-            start = place
+            found.append((slice(start, index), step))
+            start = index
         step = own
     return [*found, (slice(start, len(steps)), max(step, 1))]
 

@@ -222,12 +222,12 @@ def orthonormal_basis(columns: FloatArray, sizes: FloatArray) -> tuple[FloatArra
     basis /= np.maximum(sizes.T, 1e-300)[:, :, np.newaxis]
     least = np.maximum(1e-6 * np.sqrt(np.vecdot(basis, basis)), FTR_ALGORITHM.zero_column_tolerance)
     used = np.zeros(len(columns))
-    for place, column in enumerate(basis):
+    for index, column in enumerate(basis):
         left = np.sqrt(np.vecdot(column, column))
-        counts = left > least[place]
+        counts = left > least[index]
         column *= (counts / np.where(counts, left, 1.0))[:, np.newaxis]  # noqa: PLW2901 - in place
         used += counts
-        rest = basis[place + 1 :]
+        rest = basis[index + 1 :]
         if len(rest):
             rest -= np.vecdot(column, rest)[:, :, np.newaxis] * column
     return np.ascontiguousarray(basis.transpose(1, 2, 0)), used

@@ -187,7 +187,7 @@ def fit_inputs_and_initial_states(
     shared = n * m + p * m
     normal = np.zeros((shared + n * len(records),) * 2)
     right = np.zeros(shared + n * len(records))
-    for number, record in enumerate(records):
+    for index, record in enumerate(records):
         count = len(record)
         # State responses to each input entering each state, and to each start.
         states = np.zeros((n, n * m + n))
@@ -203,7 +203,7 @@ def fit_inputs_and_initial_states(
         for row in range(p):
             table[:, row, n * m + row * m : n * m + (row + 1) * m] = record.inputs
         flat = table.reshape(count * p, -1)
-        own = np.r_[0:shared, shared + number * n : shared + (number + 1) * n]
+        own = np.r_[0:shared, shared + index * n : shared + (index + 1) * n]
         normal[np.ix_(own, own)] += flat.T @ flat
         right[own] += flat.T @ record.outputs.ravel()
     scale = np.sqrt(np.maximum(normal.diagonal(), 1e-300))
@@ -390,7 +390,7 @@ def _normal_equations(
     feedback = bool(model.K.any())
     normal = np.zeros((shared + n * len(records),) * 2)
     gradient = np.zeros(normal.shape[0])
-    for number, (record, start) in enumerate(zip(records, starts, strict=True)):
+    for index, (record, start) in enumerate(zip(records, starts, strict=True)):
         count = len(record)
         slopes = np.zeros((n, shared + n))
         slopes[:, shared:] = np.eye(n)
@@ -415,7 +415,7 @@ def _normal_equations(
                 slopes[places.K] += np.tile(error, n)
             state = model.A @ state + model.B @ u + model.K @ error
         flat = (table * weight[:, None]).reshape(count * p, -1)
-        own = np.r_[0:shared, shared + number * n : shared + (number + 1) * n]
+        own = np.r_[0:shared, shared + index * n : shared + (index + 1) * n]
         normal[np.ix_(own, own)] += flat.T @ flat
         gradient[own] += flat.T @ (errors * weight).ravel()
     return normal, gradient

@@ -200,12 +200,12 @@ class ManeuverProblem:
             inputs[row] = found.values
             if channel not in _PATH_SURFACES:
                 continue
-            place = _PATH_SURFACES.index(channel)
+            index = _PATH_SURFACES.index(channel)
             for column, name in enumerate(
                 (*path_parameter_names(shown), *path_parameter_names(moved))
             ):
                 if name in self.names.paths:
-                    by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
+                    by_path[index, self.names.paths.index(name)] = found.parameters[:, column]
         return inputs, by_path
 
     def evaluate_residuals(

@@ -90,9 +90,9 @@ def color_warnings(part: ManeuverResiduals) -> list[str]:
     colored = _colored_responses(part)
     if not colored:
         return []
-    told = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
+    text = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
     found = [
-        f"the residuals of {told} in maneuver {part.maneuver} are colored (excess power at low "
+        f"the residuals of {text} in maneuver {part.maneuver} are colored (excess power at low "
         "frequency); the bounds account for it"
     ]
     followed = {name: _averaged_r2(part, part.responses.index(name)) for name in colored}
@@ -239,7 +239,7 @@ def _with_influences(
         if one.std and not name.endswith("_0")
     }
     # Without a_x the axial force is held, unless the airspeed is a state.
-    axial = [place for place, name in enumerate(names) if name.startswith("CA_")]
+    axial = [index for index, name in enumerate(names) if name.startswith("CA_")]
     alone = {} if any(".initial.V" in name for name in names) else {"ax": axial}
     found = response_influences(
         [(part.responses, part.bounds_part) for part in parts], bounds, len(names), prior, alone

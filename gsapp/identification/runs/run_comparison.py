@@ -181,7 +181,7 @@ def compare_runs(
     Raises `FlightError` if what one of them was asked for cannot be read.
     """
     asked = one.request, other.request
-    order = {name: place for place, name in enumerate(derivative_names())}
+    order = {name: index for index, name in enumerate(derivative_names())}
     ones: Mapping[str, CampaignValue] = getattr(one, means)
     others: Mapping[str, CampaignValue] = getattr(other, means)
     names = sorted({*ones, *others}, key=lambda name: (order.get(name, len(order)), name))

@@ -194,9 +194,9 @@ def execute_run(
         inputs=input_files(request, shelved),
         versions=run_versions(),
         uncalibrated=tuple(
-            f"{one.opened.flight.name}: {words}"
+            f"{one.opened.flight.name}: {text}"
             for one in shelved
-            for words in uncalibrated_text(one.opened.flight)
+            for text in uncalibrated_text(one.opened.flight)
         ),
         flights=tuple(
             FlightEntry.from_flight(

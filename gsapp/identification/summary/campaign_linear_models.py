@@ -104,11 +104,11 @@ def build_linear_models(
         ]
         if not flown:
             continue
-        words = AXIS_TITLES[axis]
+        text = AXIS_TITLES[axis]
         try:
             found[axis] = model_about_flown_cg(flown[0], mean_condition(flown), axis, values)
         except FlightError as error:
-            remarks.append(f"{NO_LINEAR_MODEL_PREFIX} {words} model: {error}")
+            remarks.append(f"{NO_LINEAR_MODEL_PREFIX} {text} model: {error}")
             continue
         if axis == "lon" and "V" not in found[axis].states:
             missing = ", ".join(name for name in DRAG_DERIVATIVES if name not in values)
@@ -230,12 +230,12 @@ def validate_linear_models(
     splits: dict[LinearAxis, _ValidationSplit] = {}
     remarks = []
     for axis in LINEAR_INPUTS:
-        words = AXIS_TITLES[axis]
+        text = AXIS_TITLES[axis]
         flown = [one for one in every if one.inputs and set(one.inputs) <= set(AXIS_SURFACES[axis])]
         own, lacking = _complete_maneuvers(flown, axis)
         if lacking:
             remarks.append(
-                f"{', '.join(lacking)}: left out of the {words} models, which need "
+                f"{', '.join(lacking)}: left out of the {text} models, which need "
                 f"{', '.join(dict.fromkeys((*LINEAR_INPUTS[axis], *LINEAR_OUTPUTS[axis])))} in "
                 "every maneuver"
             )
@@ -243,7 +243,7 @@ def validate_linear_models(
             continue
         split = _split_maneuvers(own, keep_out)
         if split is None:
-            remarks.append(f"no {words} models are compared: {_too_few_text(own, keep_out)}")
+            remarks.append(f"no {text} models are compared: {_too_few_text(own, keep_out)}")
         else:
             splits[axis] = split
     if not splits:

@@ -392,7 +392,7 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
     derivative that no other maneuver gave is left out with them.
     """
     points = collect_points(result)
-    order = {name: place for place, name in enumerate(derivative_names())}
+    order = {name: index for index, name in enumerate(derivative_names())}
     names = sorted(points, key=lambda name: order.get(name, len(order)))
     by_id = {one.maneuver.id: one for one in result.results}
     out = frozenset(without)

@@ -162,7 +162,7 @@ def _comparisons(
 ) -> tuple[MethodComparison, ...]:
     if len(values) < 2:
         return ()
-    order = {name: place for place, name in enumerate(derivative_names())}
+    order = {name: index for index, name in enumerate(derivative_names())}
     names = sorted(
         set().union(*values.values()), key=lambda name: (order.get(name, len(order)), name)
     )

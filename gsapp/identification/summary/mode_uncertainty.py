@@ -106,8 +106,8 @@ def propagate_mode_covariance(
     scale = np.where(stds > 0.0, stds, 1.0)
     correlation = covariance / scale / scale[:, None]
     return tuple(
-        _mode_uncertainty(one, condition.U1, place, sides, middle, correlation)
-        for place, one in enumerate(middle)
+        _mode_uncertainty(one, condition.U1, index, sides, middle, correlation)
+        for index, one in enumerate(middle)
     )
 
 

@@ -99,8 +99,8 @@ def answer(case: Case) -> Outcome:
         found = search.run(DiscrepancySettings())
     except (GroundStationError, ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
         spent = time.process_time() - started
-        words = f"{type(error).__name__}: {error}"
-        return Outcome(id=case.id, verdict="failed", cpu=spent, error=words)
+        text = f"{type(error).__name__}: {error}"
+        return Outcome(id=case.id, verdict="failed", cpu=spent, error=text)
     spent = time.process_time() - started
     return outcome_of(sized, found, closed=closed_gap(search, flown, found), cpu=spent)
 

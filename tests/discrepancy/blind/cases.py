@@ -219,18 +219,18 @@ def _seed(group: int, plan: int, number: int, order: int = 0) -> int:
 
 
 def _hidden_cases(plans: range) -> Iterator[Case]:
-    for number, kind in enumerate(KINDS):
+    for index, kind in enumerate(KINDS):
         for order, sigma in enumerate(SIZES):
             if kind.endswith(WHOLE) and order:
                 continue
             for plan in plans:
-                recording, baseline = ROUND[(number + 2 * order + plan) % len(ROUND)]
+                recording, baseline = ROUND[(index + 2 * order + plan) % len(ROUND)]
                 if kind in MISSING:
                     baseline = "given"
                 size = f"{sigma:g}" if not kind.endswith(WHOLE) else "whole"
                 case = hidden(
                     kind, id=f"{kind}-{size}-{plan}", plan=plan, sigma=sigma,
-                    seed=_seed(1, plan, number, order),
+                    seed=_seed(1, plan, index, order),
                 )  # fmt: skip
                 if kind in MISSING:
                     case = replace(case, verdicts=("effects-found", "values-wrong"))
@@ -269,39 +269,39 @@ def _nothing_cases(plans: range) -> Iterator[Case]:
 
 
 def _outside_cases(plans: range) -> Iterator[Case]:
-    for number, kind in enumerate(OUTSIDE):
+    for index, kind in enumerate(OUTSIDE):
         for order, sigma in enumerate(SIZES[1:]):
             for plan in plans:
-                recording, baseline = ROUND[(number + 2 * order + plan) % 5]
+                recording, baseline = ROUND[(index + 2 * order + plan) % 5]
                 yield Case(
                     id=f"{kind}-{sigma:g}-{plan}", group="outside", kind=kind,
                     effects={kind: typical(kind)}, verdicts=("unexplained",),
-                    plan=plan, seed=_seed(2, plan, number, order), sigma=sigma,
+                    plan=plan, seed=_seed(2, plan, index, order), sigma=sigma,
                 ).recorded_as(recording, baseline)  # fmt: skip
 
 
 def _pair_cases(plans: range) -> Iterator[Case]:
-    for number, pair in enumerate(PAIRS):
+    for index, pair in enumerate(PAIRS):
         for plan in plans:
-            recording, baseline = ROUND[(number + plan) % 5]
+            recording, baseline = ROUND[(index + plan) % 5]
             yield Case(
                 id=f"{'+'.join(pair)}-{plan}", group="pair", kind="+".join(pair),
                 effects={one: typical(one) for one in pair}, verdicts=("effects-found",),
                 accepted=tuple((one, *SIBLINGS.get(one, ())) for one in pair),
-                plan=plan, seed=_seed(3, plan, number), sigma=20.0,
+                plan=plan, seed=_seed(3, plan, index), sigma=20.0,
             ).recorded_as(recording, baseline)  # fmt: skip
 
 
 def _large_and_small_cases(plans: range) -> Iterator[Case]:
-    for number, effects in enumerate(LARGE_AND_SMALL):
+    for index, effects in enumerate(LARGE_AND_SMALL):
         for plan in plans:
-            recording, baseline = ROUND[(number + plan) % 5]
+            recording, baseline = ROUND[(index + plan) % 5]
             yield Case(
                 id=f"large-{'+'.join(effects)}-{plan}", group="pair",
                 kind=f"{effects[0]}, small {'+'.join(effects[1:])}",
                 effects={one: typical(one) for one in effects}, verdicts=("effects-found",),
                 accepted=tuple((one, *SIBLINGS.get(one, ())) for one in effects),
-                plan=plan, seed=_seed(4, plan, number), sigma=30.0, later_sigma=10.0,
+                plan=plan, seed=_seed(4, plan, index), sigma=30.0, later_sigma=10.0,
             ).recorded_as(recording, baseline)  # fmt: skip
 
 
@@ -318,8 +318,8 @@ def virtual_cases(series: Series = "report") -> tuple[Case, ...]:
     """Return cases flown by the program's own equations: every kind at 10 sigma, and clean ones."""
     first = FIRST_PLAN[series]
     found = []
-    for number, kind in enumerate(KINDS):
-        plan = first + number % SEEDS
+    for index, kind in enumerate(KINDS):
+        plan = first + index % SEEDS
         found.append(
             hidden(
                 kind, id=f"virtual-{kind}-{plan}", plan=plan, seed=plan, sigma=10.0, by="virtual"
@@ -399,7 +399,7 @@ def tenth(cases: tuple[Case, ...]) -> tuple[Case, ...]:
     for case in cases:
         by_kind.setdefault((case.group, case.kind), []).append(case)
     taken = []
-    for number, group in enumerate(by_kind.values()):
+    for index, group in enumerate(by_kind.values()):
         every = 10
-        taken += group[number % min(every, len(group)) :: every]
+        taken += group[index % min(every, len(group)) :: every]
     return tuple(taken)

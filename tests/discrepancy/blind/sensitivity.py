@@ -101,8 +101,8 @@ def _fingerprint(plan: int, *more: object) -> str:
         *more,
     )
     # The last digits of numbers may differ between machines.
-    words = re.sub(r"\d+\.\d+(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", repr(parts))
-    return hashlib.sha256(words.encode()).hexdigest()[:16]
+    text = re.sub(r"\d+\.\d+(e-?\d+)?", lambda found: f"{float(found[0]):.8g}", repr(parts))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _scaled(shown: Mapping[str, FloatArray]) -> FloatArray:
@@ -503,20 +503,20 @@ def _show(plan: int, air: Recording) -> dict[str, dict[str, object]]:
     # Some effects are among the unknowns that are projected out of the others.
     unknown = [effect in MISSING for effect in effects]
     found_here: dict[str, dict[str, object]] = {"per_size": {}, "alike": {}, "where": {}}
-    for place, (effect, (size, _)) in enumerate(zip(effects, found, strict=True)):
-        own = effect if unknown[place] else ""
+    for index, (effect, (size, _)) in enumerate(zip(effects, found, strict=True)):
+        own = effect if unknown[index] else ""
         info = remaining(total, effects, own=own) if own else plain
-        shows = math.sqrt(max(float(info[place, place]), 0.0))
+        shows = math.sqrt(max(float(info[index, index]), 0.0))
         found_here["per_size"][effect] = _rounded(shows / abs(size - neutral(effect)))
         norms = np.sqrt(np.maximum(np.diag(info), 1e-12)) * max(shows, 1e-6)
-        cosines = info[place] / norms
+        cosines = info[index] / norms
         found_here["alike"][effect] = {
             other: _rounded(float(cosines[number]))
             for number, other in enumerate(effects)
-            if number != place and not unknown[number] and abs(cosines[number]) > _ALIKE
+            if number != index and not unknown[number] and abs(cosines[number]) > _ALIKE
         }
-        taken = _shares(total, names, own)[:, place]
-        left = [part[:, len(names) + place] - part[:, : len(names)] @ taken for part in parts]
+        taken = _shares(total, names, own)[:, index]
+        left = [part[:, len(names) + index] - part[:, : len(names)] @ taken for part in parts]
         energy = np.array([float(one @ one) for one in left])
         found_here["where"][effect] = {
             planned.id: round(float(share), 3)

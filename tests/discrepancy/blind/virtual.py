@@ -73,10 +73,10 @@ def fly_equations(
     table["v"] = V * np.sin(beta)
     table["w"] = V * np.sin(alpha) * np.cos(beta)
     still = np.zeros(len(states))
-    for place, axis in enumerate("xyz"):
-        table[f"f{axis}"] = np.asarray(totals.loads[place]) / totals.body.mass
-    for place, rate in enumerate("pqr"):
-        table[f"{rate}_dot"] = np.asarray(moves[3 + place])
+    for index, axis in enumerate("xyz"):
+        table[f"f{axis}"] = np.asarray(totals.loads[index]) / totals.body.mass
+    for index, rate in enumerate("pqr"):
+        table[f"{rate}_dot"] = np.asarray(moves[3 + index])
     temperature = 286.2
     table["density"] = taken[:, 6]
     table["temperature"] = still + temperature
