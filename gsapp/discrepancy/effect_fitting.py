@@ -40,35 +40,35 @@ class EffectFitter:
         """Fit those fully that come near the best, and decide again."""
         best = float(screening.gain.max())
         near = [
-            place
-            for place in screening.ranking
-            if screening.candidates[place].named
-            and screening.gain[place] > best - SEARCH.max_contender_gap
+            index
+            for index in screening.ranking
+            if screening.candidates[index].named
+            and screening.gain[index] > best - SEARCH.max_contender_gap
         ][: SEARCH.max_contenders]
-        proven = [place for place in screening.ranking if screening.candidates[place].proven]
-        near += [place for place in proven if place not in near]
+        proven = [index for index in screening.ranking if screening.candidates[index].proven]
+        near += [index for index in proven if index not in near]
         if len(near) < 2 and not proven:
             return decision
         gain = screening.gain.copy()
         costs: dict[int, float] = {}
-        for place in near:
-            one = screening.candidates[place]
+        for index in near:
+            one = screening.candidates[index]
             try:
                 trial = self.trial(fit, one, screening)
             except FlightError:
-                gain[place] = 0.0
+                gain[index] = 0.0
                 continue
             if _is_neutral(trial, one):
-                gain[place] = 0.0
+                gain[index] = 0.0
                 continue
-            costs[place] = trial.deviance() + one.shape_cost
+            costs[index] = trial.deviance() + one.shape_cost
         temper = screening.gain_factor
         if not costs:
             return select_effect(screening, gain, least=least, temper=temper)
         # The best fit keeps its gain by columns; the others differ from it as their fits do.
-        best_fit = min(costs, key=lambda place: costs[place])
-        for place, cost in costs.items():
-            gain[place] = screening.gain[best_fit] - (cost - costs[best_fit])
+        best_fit = min(costs, key=lambda index: costs[index])
+        for index, cost in costs.items():
+            gain[index] = screening.gain[best_fit] - (cost - costs[best_fit])
         if best_fit in proven:
             gain[best_fit] = max(gain[best_fit], fit.deviance() - costs[best_fit])
         return select_effect(screening, np.maximum(gain, 0.0), least=least, temper=temper)

@@ -21,6 +21,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.candidates import CandidateEffect
 from gsapp.discrepancy.effect_selection import CandidateScreening, candidate_columns
+from gsapp.discrepancy.held_out_maneuvers import is_held_out
 from gsapp.discrepancy.results import DecidingExperiment, DiscrepancyVerdict
 from gsapp.discrepancy.search_stages import SearchStage
 from gsapp.discrepancy.settings import SEARCH
@@ -53,14 +54,6 @@ _SURFACES: Final[tuple[CardSurface, ...]] = ("de", "da", "dr")
 
 Separation = Callable[[InformationMatrix], float]
 """Standard deviations that the information of all maneuvers, flown and planned, shows."""
-
-
-def is_held_out(number: int) -> bool:
-    """Return whether a maneuver is kept out unless told otherwise.
-
-    `number`: how many with the same inputs come before it.
-    """
-    return number % 4 == 1
 
 
 def design_experiment(

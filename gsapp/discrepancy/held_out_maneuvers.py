@@ -43,6 +43,14 @@ from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 
 
+def is_held_out(number: int) -> bool:
+    """Return whether a maneuver is kept out unless told otherwise.
+
+    `number`: how many with the same inputs come before it.
+    """
+    return number % 4 == 1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MissingCoefficients:
     """Missing parts of coefficients in one maneuver."""

@@ -22,8 +22,9 @@ from gsapp.discrepancy.effect_selection import (
     screen_candidates,
     select_effect,
 )
-from gsapp.discrepancy.experiment_design import design_experiment, is_held_out
-from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, SettledFits
+from gsapp.discrepancy.experiment_design import design_experiment
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, SettledFits, is_held_out
+from gsapp.discrepancy.rejected_effects import RejectedEffects, is_rest
 from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
 from gsapp.discrepancy.results import DiscrepancyResult, InstrumentRemark
 from gsapp.discrepancy.search_checks import (
@@ -44,7 +45,6 @@ from gsapp.discrepancy.search_stages import (
     next_effect,
     refuted,
 )
-from gsapp.discrepancy.set_aside import SetAside, is_rest
 from gsapp.discrepancy.settings import (
     SEARCH,
     DiscrepancySettings,
@@ -138,7 +138,7 @@ class _Search:
     ) -> None:
         self._of, self._settings, self._progress = of, settings, progress
         self._done = 0.0
-        self._aside = SetAside()
+        self._rejected = RejectedEffects()
         self._settled: SettledFits = WeakKeyDictionary()
         self._stalls: WeakKeyDictionary[FilterErrorFit, StallScreening] = WeakKeyDictionary()
         self._fitter = EffectFitter(of.aircraft, settings.false_alarm, self._tick)
@@ -168,7 +168,7 @@ class _Search:
         left_out = {
             *(effect.id for effect in fit.model.effects),
             *self._settings.refused,
-            *self._aside.failed,
+            *self._rejected.failed,
         }
         # An effect through an input that stood still may look like another one: it competes, too.
         top = highest_alpha(of.maneuvers)
@@ -209,19 +209,19 @@ class _Search:
         first = len(stages)
         while one := self._next_effect(stages[first:], stages[-1]):
             if is_rest(one, stages[first - 1 :]):
-                if self._aside.is_full:
+                if self._rejected.is_full:
                     break
-                self._aside.rests[one.id] = one
+                self._rejected.rests[one.id] = one
                 stages[-1] = self._again(stages[-1])
                 continue
             new = self._borne_out(stages[-1], one)
             if new is None:
-                if self._aside.is_full:
+                if self._rejected.is_full:
                     break
                 stages[-1] = self._again(stages[-1])
                 continue
             stages = self._added(stages, new, one, first)
-        stages[-1] = self._aside.explain(stages[-1])
+        stages[-1] = self._rejected.explain(stages[-1])
         return stages
 
     def _borne_out(self, last: SearchStage, one: CandidateEffect) -> FilterErrorFit | None:
@@ -230,15 +230,15 @@ class _Search:
             fit = self._fitter.fit_with(last, one.id, one)
         except FlightError:
             # A fit that runs away is no explanation; the others go on competing.
-            self._aside.failed.add(one.id)
+            self._rejected.failed.add(one.id)
             return None
         held = self._held((last.fit, fit))
         if one.named:
             if is_refuted(last, held, 0, self._settings.false_alarm):
-                self._aside.refuted[one.id] = refuted(last, self._settings.false_alarm).decision
+                self._rejected.refuted[one.id] = refuted(last, self._settings.false_alarm).decision
                 return None
         elif held.gain(0, 1) <= 0.0:
-            self._aside.closed.add(one.id.split(".")[1])
+            self._rejected.closed.add(one.id.split(".")[1])
             return None
         return fit
 
@@ -248,7 +248,7 @@ class _Search:
         """Return the stages with one more, and without what it shows to be wrong."""
         last, added = stages[-1], fit.model.effects[-1].id
         if not one.named:
-            self._aside.close_crowded((*(stage.added for stage in stages[first:]), added))
+            self._rejected.close_crowded((*(stage.added for stage in stages[first:]), added))
         new = self._stage(fit, added=added)
         among = equivalent_effects_of(last) if one.named else ()
         stages = [*stages, replace(new, equivalent_effects=among)]
@@ -256,7 +256,7 @@ class _Search:
         kept, wrong = find_wrong_effects(stages, first)
         if not wrong:
             return stages
-        self._aside.failed |= wrong
+        self._rejected.failed |= wrong
         return [*stages[: kept - 1], self._again(stages[kept - 1])]
 
     def _next_effect(
@@ -296,7 +296,7 @@ class _Search:
         if not fit.is_linearized:
             fit.linearize()
         everything = self._competitors(fit)
-        closed = [one for one in everything if self._aside.is_projected(one)]
+        closed = [one for one in everything if self._rejected.is_projected(one)]
         competitors = [one for one in everything if one not in closed]
         self._tick("trying every effect of the catalog")
         screening = screen_candidates(fit, competitors, closed)

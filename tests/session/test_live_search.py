@@ -7,8 +7,8 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.session.live_estimation.fit_workers import InlineFitWorker, ProcessFitWorker
 from gsapp.session.live_estimation.live_search import (
     LiveSearch,
-    SearchRequest,
-    SearchStep,
+    LiveSearchRequest,
+    LiveSearchResult,
     run_search_request,
 )
 from tests.discrepancy.core_kit import TRUTH, maneuver
@@ -49,7 +49,7 @@ class Held:
     """A worker whose answers come when the test says so."""
 
     def __init__(self) -> None:
-        self.asked: list[SearchRequest] = []
+        self.asked: list[LiveSearchRequest] = []
         self.running: list[Future[Any]] = []
 
     def submit(self, request: Any) -> Future[Any]:
@@ -60,8 +60,10 @@ class Held:
     def close(self) -> None: ...
 
 
-def _step(count: int) -> SearchStep:
-    return SearchStep(time=0.0, maneuvers=count, verdict="model-adequate", evidence={}, titles={})
+def _step(count: int) -> LiveSearchResult:
+    return LiveSearchResult(
+        time=0.0, maneuvers=count, verdict="model-adequate", evidence={}, titles={}
+    )
 
 
 def test_one_search_runs_at_a_time_and_the_next_takes_all_that_came() -> None:

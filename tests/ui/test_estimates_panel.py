@@ -19,7 +19,7 @@ from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
 from gsapp.session import UNLIMITED_SPEED
 from gsapp.session.live_estimation.estimate_table import EstimateRow, FittedPoint
-from gsapp.session.live_estimation.live_search import SearchStep
+from gsapp.session.live_estimation.live_search import LiveSearchResult
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.ui.window_kit import KILL, pixels, until
 from ui.display_style import DisplayStyle
@@ -30,7 +30,7 @@ from ui.flight.estimates_panel import (
     describe_value,
     fit_status_text,
 )
-from ui.flight.search_panel import SearchPanel, evidence_curves
+from ui.flight.evidence_panel import EvidencePanel, evidence_curves
 from ui.main_window import MainWindow
 
 TIMES = np.arange(0.0, 100.0, 0.1)
@@ -128,7 +128,7 @@ def test_derivatives_form_while_a_flight_is_watched(
 
 
 def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot) -> None:
-    panel = SearchPanel(DisplayStyle())
+    panel = EvidencePanel(DisplayStyle())
     qtbot.addWidget(panel)
     panel.resize(360, 500)
     panel.show()
@@ -139,7 +139,7 @@ def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot
     QTest.keyClick(panel.switch, Qt.Key.Key_Space)
     assert switched == [True, False]
     few, one, two = (
-        SearchStep(
+        LiveSearchResult(
             time=10.0 * count, maneuvers=count, verdict=verdict, evidence=evidence, titles={}
         )
         for count, verdict, evidence in (

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import trace_color
 from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
-from ui.flight.search_panel import SearchPanel
+from ui.flight.evidence_panel import EvidencePanel
 from ui.number_format import DASH, count_text, number_text, symbol_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
@@ -377,7 +377,7 @@ class EstimatesPanel(QWidget):
         self.list = EstimatesList(style)
         self._pile.addWidget(self.list)
         column.addWidget(holder, 1)
-        self.search = SearchPanel(style)
+        self.search = EvidencePanel(style)
         self.search.setVisible(False)
         column.addWidget(self.search)
         self.list.opened.connect(self.opened)

@@ -15,6 +15,7 @@ from gsapp.session.alarms import AlarmEpisode
 from gsapp.session.snapshot import Playhead
 from ui.display_limits import DISPLAY
 from ui.flight.estimates_panel import fit_status_text
+from ui.flight.evidence_panel import search_status_text
 from ui.flight.panel_rows import (
     build_alarm_rows,
     build_chart_alarms,
@@ -23,14 +24,13 @@ from ui.flight.panel_rows import (
     build_mark_rows,
     build_message_rows,
 )
-from ui.flight.search_panel import search_status_text
 from ui.strips.chart_annotations import AlarmSpan, ChannelOrigin, ChartMark, ChartSpan
 from ui.translation import tr
 from ui.widgets.row_model import TableRow
 
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.estimate_table import EstimateRow
-    from gsapp.session.live_estimation.live_search import SearchStep
+    from gsapp.session.live_estimation.live_search import LiveSearchResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class FlightViewState:
     estimates_state: str = ""  # How the fits of the maneuvers stand.
     has_search: bool = False  # Whether a missing effect can be searched for in flight.
     search_enabled: bool = False
-    search_steps: tuple[SearchStep, ...] = ()
+    search_steps: tuple[LiveSearchResult, ...] = ()
     search_state: str = ""  # How the search stands.
     replay: Playhead | None = None  # None while live.
     now: float | None = None  # Flight time, s.

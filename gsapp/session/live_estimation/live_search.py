@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchRequest:
+class LiveSearchRequest:
     """The maneuvers so far, in the order in which they were flown."""
 
     maneuvers: tuple[Maneuver, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SearchStep:
+class LiveSearchResult:
     """What a search over the maneuvers so far gave."""
 
     time: float  # Flight time of the last sample, s.
@@ -48,7 +48,7 @@ class SearchStep:
         return content
 
 
-def run_search_request(request: SearchRequest) -> SearchStep:
+def run_search_request(request: LiveSearchRequest) -> LiveSearchResult:
     """Search as ``gsapp discrepancy`` does, the linear model fitted to the maneuvers.
 
     Values known before a flight are wrong by more than an effect shows.
@@ -57,7 +57,7 @@ def run_search_request(request: SearchRequest) -> SearchStep:
     from gsapp.discrepancy.settings import DiscrepancySettings
 
     maneuvers = request.maneuvers
-    step = SearchStep(
+    step = LiveSearchResult(
         time=max(float(one.block.times[-1]) for one in maneuvers), maneuvers=len(maneuvers),
         evidence={}, titles={},
     )  # fmt: skip
@@ -68,7 +68,7 @@ def run_search_request(request: SearchRequest) -> SearchStep:
         return replace(step, why=str(error))
 
 
-def _summarize(step: SearchStep, found: DiscrepancyResult) -> SearchStep:
+def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchResult:
     evidence: dict[str, float] = {}
     titles: dict[str, str] = {}
     for one in found.effects:
@@ -106,10 +106,10 @@ class LiveSearch:
 
     def __init__(self, worker: FitWorker) -> None:
         self._worker = worker
-        self._running: Future[SearchStep] | None = None
+        self._running: Future[LiveSearchResult] | None = None
         self._searched = 0
         self.enabled = True
-        self.steps: tuple[SearchStep, ...] = ()
+        self.steps: tuple[LiveSearchResult, ...] = ()
         self.error_text = ""
 
     @property
@@ -137,7 +137,7 @@ class LiveSearch:
         if self._running is None and self.enabled and len(maneuvers) > self._searched:
             self._searched = len(maneuvers)
             try:
-                self._running = self._worker.submit(SearchRequest(maneuvers=tuple(maneuvers)))
+                self._running = self._worker.submit(LiveSearchRequest(maneuvers=tuple(maneuvers)))
             except (OSError, RuntimeError) as problem:
                 # The flight goes on, whatever keeps a process from beginning.
                 self.error_text = str(problem) or type(problem).__name__

@@ -17,7 +17,7 @@ from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 
 if TYPE_CHECKING:
-    from gsapp.session.live_estimation.live_search import LiveSearch, SearchStep
+    from gsapp.session.live_estimation.live_search import LiveSearch, LiveSearchResult
     from ui.widgets.analysis_plot import AnalysisPlot, PlotCurve
 
 _MOST_EFFECTS = 4
@@ -44,7 +44,7 @@ def search_status_text(search: LiveSearch, units: str) -> str:
     return "\n".join(parts) or tr("Begins with the first maneuver.")
 
 
-class SearchPanel(QWidget):
+class EvidencePanel(QWidget):
     """Which effect is missing, by the maneuvers so far."""
 
     switched = Signal(bool)
@@ -52,7 +52,7 @@ class SearchPanel(QWidget):
     def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
         self._style = style
-        self._steps: Sequence[SearchStep] = ()
+        self._steps: Sequence[LiveSearchResult] = ()
         column = arrange(QVBoxLayout(self), 4)
         column.setContentsMargins(12, 4, 12, 8)
         self._column = column
@@ -64,7 +64,7 @@ class SearchPanel(QWidget):
         column.addWidget(self.state)
         self.plot: AnalysisPlot | None = None
 
-    def show_search(self, steps: Sequence[SearchStep], state: str, *, enabled: bool) -> None:
+    def show_search(self, steps: Sequence[LiveSearchResult], state: str, *, enabled: bool) -> None:
         """Show what searches gave, and a line on how they stand."""
         if self.switch.isChecked() != enabled:
             self.switch.blockSignals(True)
@@ -79,7 +79,7 @@ class SearchPanel(QWidget):
         if self.plot is not None:
             self.plot.setVisible(bool(drawn))
 
-    def _draw(self, steps: Sequence[SearchStep]) -> None:
+    def _draw(self, steps: Sequence[LiveSearchResult]) -> None:
         if self.plot is not None and self._steps == steps:
             return
         self._steps = steps
@@ -96,7 +96,7 @@ class SearchPanel(QWidget):
         )
 
 
-def evidence_curves(steps: Sequence[SearchStep]) -> list[PlotCurve]:
+def evidence_curves(steps: Sequence[LiveSearchResult]) -> list[PlotCurve]:
     """Return the probability of the likeliest effects over the number of maneuvers."""
     from ui.widgets.analysis_plot import PlotCurve
 

@@ -15,7 +15,7 @@ from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 
 
 @dataclass(slots=True)
-class SetAside:
+class RejectedEffects:
     """Effects that compete no longer."""
 
     failed: set[str] = field(default_factory=set)
