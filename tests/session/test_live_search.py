@@ -61,9 +61,7 @@ class Held:
 
 
 def _step(count: int) -> LiveSearchResult:
-    return LiveSearchResult(
-        time=0.0, maneuvers=count, verdict="model-adequate", evidence={}, titles={}
-    )
+    return LiveSearchResult(time=0.0, maneuvers=count, verdict="model-adequate", evidence={})
 
 
 def test_one_search_runs_at_a_time_and_the_next_takes_all_that_came() -> None:

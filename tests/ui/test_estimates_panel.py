@@ -139,9 +139,7 @@ def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot
     QTest.keyClick(panel.switch, Qt.Key.Key_Space)
     assert switched == [True, False]
     few, one, two = (
-        LiveSearchResult(
-            time=10.0 * count, maneuvers=count, verdict=verdict, evidence=evidence, titles={}
-        )
+        LiveSearchResult(time=10.0 * count, maneuvers=count, verdict=verdict, evidence=evidence)
         for count, verdict, evidence in (
             (1, "", {}),
             (4, "ambiguous", {"aero.Cm.alpha2": 0.4, "aero.Cm.speed": 0.3}),

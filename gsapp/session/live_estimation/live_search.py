@@ -34,7 +34,6 @@ class LiveSearchResult:
     why: str = ""
     evidence: Mapping[str, float]
     """Probability of each effect by its id, largest first: named ones, then what may be next."""
-    titles: Mapping[str, str]
     named: tuple[str, ...] = ()
     experiment: DecidingExperiment | None = None
     """What to fly next, where effects cannot be told apart or do not show."""
@@ -59,7 +58,7 @@ def run_search_request(request: LiveSearchRequest) -> LiveSearchResult:
     maneuvers = request.maneuvers
     step = LiveSearchResult(
         time=max(float(one.block.times[-1]) for one in maneuvers), maneuvers=len(maneuvers),
-        evidence={}, titles={},
+        evidence={},
     )  # fmt: skip
     try:
         search = Investigation(maneuvers, maneuvers[0].aircraft, None)
@@ -70,23 +69,19 @@ def run_search_request(request: LiveSearchRequest) -> LiveSearchResult:
 
 def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchResult:
     evidence: dict[str, float] = {}
-    titles: dict[str, str] = {}
     for one in found.effects:
         names = one.one_of or (one.effect,)
         evidence |= dict.fromkeys(names, one.confidence / len(names))
-        titles |= dict.fromkeys(names, one.title)
     ranking = found.steps[-1].ranking
     missing = _probability_of_any([one.score for one in ranking])
     for candidate in ranking:
         if candidate.effect not in evidence:
             evidence[candidate.effect] = missing * candidate.evidence
-            titles[candidate.effect] = candidate.title
     return replace(
         step,
         verdict=found.verdict,
         why=found.why,
         evidence=dict(sorted(evidence.items(), key=lambda item: item[1], reverse=True)),
-        titles=titles,
         named=tuple(one.effect for one in found.effects if one.named and not one.one_of),
         experiment=found.experiment,
     )
