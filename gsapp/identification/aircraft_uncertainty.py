@@ -1,4 +1,4 @@
-"""Bounds that allow for what the aircraft file does not know well.
+"""Bounds that allow for what neither aircraft file nor record knows well.
 
 The noise of a record says nothing of an accelerometer three centimeters from where the file puts
 it, of a gyro that is late, or of a mass that was guessed. All of these bend derivatives by more
@@ -8,6 +8,10 @@ linear in beta, p and the deflections as the side force is. The file says how we
 standard deviation, the estimate is made again, and the square of the change is added to the
 covariance. It is the same aircraft in every maneuver: this part of a bound does not shrink with
 their number (`DerivativeEstimate.offset`).
+
+A record with few samples a second does not say when between two of them a surface moved. A step in
+an interval dt is off by dt/sqrt(12), and by so much the impulse that it gave. Each large step of a
+record is moved in the same way, apart from the others.
 """
 
 from __future__ import annotations
@@ -37,6 +41,10 @@ _CHANNELS: dict[Axis, tuple[str, ...]] = {
 }
 _VANES: dict[Axis, tuple[str, ...]] = {"lon": ("alpha_vane",), "lat": ("beta_vane",)}
 _ACCELERATIONS: dict[Axis, tuple[str, ...]] = {"lon": ("ax", "an"), "lat": ("ay",)}
+_SURFACES: dict[Axis, tuple[str, ...]] = {"lon": ("de",), "lat": ("da", "dr")}
+_SLOW_SAMPLE_TIME = 0.04  # s: from here on the instant of a step matters.
+_MAX_STEPS = 8  # Of a surface in a maneuver: a 3-2-1-1 has five.
+_MIN_STEP_SHARE = 0.2  # Of the largest one.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +53,7 @@ class UncertainValue:
 
     title: str
     move: Callable[[Maneuver], Maneuver]
+    is_shared: bool = True  # By all maneuvers.
 
 
 def uncertain_values(
@@ -91,8 +100,8 @@ def _of_axis(aircraft: Aircraft, axis: Axis, compares_responses: bool) -> Iterat
 class AircraftUncertainty:
     """What the accuracy of the aircraft file does to derivatives."""
 
-    changes: Mapping[str, Mapping[str, float]]
-    """Of each derivative, by what was moved by its standard deviation, in words."""
+    changes: Sequence[tuple[UncertainValue, Mapping[str, float]]]
+    """What was moved by its standard deviation, and what it did to each derivative."""
     is_stated: bool  # Whether by the aircraft file.
 
     def added_to(self, found: Estimate) -> Estimate:
@@ -100,11 +109,13 @@ class AircraftUncertainty:
         if not self.changes or not found.free or not found.converged:
             return found
         added = np.zeros_like(found.covariance)
+        shared = np.zeros(len(found.free))
         shares: dict[str, FloatArray] = {}
-        for title, moved in self.changes.items():
-            change = np.array([moved.get(name, 0.0) for name in found.free])
+        for moved, changes in self.changes:
+            change = np.array([changes.get(name, 0.0) for name in found.free])
             added += np.outer(change, change)
-            shares[title] = change**2
+            shared += moved.is_shared * change**2
+            shares[moved.title] = shares.get(moved.title, 0.0) + change**2
         covariance = found.covariance + added
         derivatives = dict(found.derivatives)
         for index, name in enumerate(found.free):
@@ -112,7 +123,7 @@ class AircraftUncertainty:
             derivatives[name] = replace(
                 one,
                 std=float(np.sqrt(covariance[index, index])),
-                offset=float(np.hypot(one.offset, np.sqrt(added[index, index]))),
+                offset=float(np.hypot(one.offset, np.sqrt(shared[index]))),
             )
         remarks = _largest_parts_text(
             found.free, shares, covariance.diagonal(), is_stated=self.is_stated
@@ -144,19 +155,23 @@ def aircraft_uncertainty(
         Whether its method fits responses, not coefficients.
     """
     aircraft = maneuvers[0].aircraft
-    values = uncertain_values(aircraft, found.axis, compares_responses=compares_responses)
-    changes: dict[str, Mapping[str, float]] = {}
+    values = (
+        *uncertain_values(aircraft, found.axis, compares_responses=compares_responses),
+        *_input_steps(maneuvers, found.axis),
+    )
+    changes: list[tuple[UncertainValue, Mapping[str, float]]] = []
     for one in values if found.free and found.converged else ():
         try:
             moved = estimate([one.move(maneuver) for maneuver in maneuvers])
         except FlightError:
             continue
         if moved.converged:
-            changes[one.title] = {
+            change = {
                 name: other - (found.value(name) or 0.0)
                 for name in found.free
                 if (other := moved.value(name)) is not None
             }
+            changes.append((one, change))
     return AircraftUncertainty(changes=changes, is_stated=aircraft.states_accuracy)
 
 
@@ -220,6 +235,48 @@ def _with_channel(
             column = block.channels.index(name)
             values[:, column] = change(values[:, column])
     return replace(maneuver, block=Block(channels=block.channels, times=block.times, values=values))
+
+
+def _input_steps(maneuvers: Sequence[Maneuver], axis: Axis) -> Iterator[UncertainValue]:
+    """Return the steps of surfaces that slow records do not place in time."""
+    axes: tuple[Axis, ...] = ("lon", "lat") if axis == "both" else (axis,)
+    for surface in (name for each in axes for name in _SURFACES[each]):
+        counts = [len(_steps(one, surface)) for one in maneuvers]
+        for rank in range(max(counts)):
+            yield UncertainValue(
+                title=f"instants of {surface} between the samples",
+                move=partial(_moved_step, surface=surface, rank=rank),
+                is_shared=False,
+            )
+
+
+def _steps(maneuver: Maneuver, surface: str) -> list[tuple[int, float]]:
+    """Return the intervals in which a surface made a step, and its size (rad); largest first.
+
+    What goes on through several intervals is known from them: a step differs from its neighbors.
+    """
+    if maneuver.dt < _SLOW_SAMPLE_TIME or surface not in maneuver.block:
+        return []
+    moves = np.nan_to_num(np.diff(maneuver.block.values[:, maneuver.block.channels.index(surface)]))
+    bends = np.abs(np.diff(moves, prepend=0.0, append=0.0))
+    sizes = np.sign(moves) * np.minimum.reduce((np.abs(moves), bends[:-1], bends[1:]))
+    largest = np.argsort(-np.abs(sizes), kind="stable")[:_MAX_STEPS]
+    least = _MIN_STEP_SHARE * abs(sizes[largest[0]]) if len(largest) else 0.0
+    return [(int(index), float(sizes[index])) for index in largest if abs(sizes[index]) > least]
+
+
+def _moved_step(maneuver: Maneuver, surface: str, rank: int) -> Maneuver:
+    steps = _steps(maneuver, surface)
+    if rank >= len(steps):
+        return maneuver
+    index, size = steps[rank]
+
+    def change(samples: FloatArray) -> FloatArray:
+        moved = samples.copy()
+        moved[index : index + 2] += 0.5 * size / np.sqrt(12.0)
+        return moved
+
+    return _with_channel(maneuver, surface, change)
 
 
 def _more_mass(maneuver: Maneuver) -> Maneuver:

@@ -12,7 +12,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.record_preparation import interpolate_air_data
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block
-from tests.identification.virtual_maneuvers import Virtual, edited, fly
+from tests.identification.virtual_maneuvers import Virtual, edited, every_tenth_sample, fly
 
 EXACT = load_aircraft("b777").accuracy
 
@@ -111,3 +111,17 @@ def test_air_data_in_bursts_are_bridged() -> None:
     assert np.allclose(found["V"][:200], speed[:200])
     assert np.isnan(found["V"][(times > 2.05) & (times < 2.95)]).all()
     assert np.array_equal(found["alpha"], values[:, 1], equal_nan=True)
+
+
+def test_bounds_allow_for_steps_between_slow_samples() -> None:
+    """A doublet of 0.3 s at 10 samples a second: each edge is known to a tenth of its width."""
+    allowing, trusting = [], []
+    for seed in range(56000, 56008):
+        virtual = fly(seed, "lon", duration=8.0)
+        found = _estimate(every_tenth_sample(virtual.maneuver), "ml").derivatives["Cm_de"]
+        error = found.value - virtual.truth["Cm_de"]
+        assert found.offset == 0.0  # Another maneuver has other instants.
+        allowing.append(error / found.std)
+        trusting.append(error / found.cramer_rao)
+    assert np.sqrt(np.mean(np.square(allowing))) < 1.5
+    assert np.sqrt(np.mean(np.square(trusting))) > 1.8

@@ -139,13 +139,17 @@ def test_no_maneuver():
 
 
 @pytest.mark.parametrize(
-    ("rows", "words"), [(slice(10), r"10 samples.*widen"), (slice(0, 275, 5), "15 unknowns")]
+    ("rows", "axis", "words"),
+    [
+        (slice(10), "lon", r"10 samples.*widen"),
+        (slice(0, 275, 5), "both", r"55 samples.* unknowns"),
+    ],
 )
-def test_too_few_samples(lon, rows, words):
+def test_too_few_samples(lon, rows, axis, words):
     block = lon.maneuver.block
     short = Block(channels=block.channels, times=block.times[rows], values=block.values[rows])
     with pytest.raises(FlightError, match=words):
-        estimate([replace(lon.maneuver, block=short)], MLSettings(axis="lon"))
+        estimate([replace(lon.maneuver, block=short)], MLSettings(axis=axis))
 
 
 def test_nothing_measured(lon):

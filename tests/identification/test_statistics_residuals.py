@@ -12,7 +12,7 @@ from gsapp.identification.statistics import (
     response_fit,
 )
 from gsapp.quantities import FloatArray
-from tests.identification.virtual_maneuvers import AXES, fly
+from tests.identification.virtual_maneuvers import AXES, every_tenth_sample, fly
 
 
 def colored(random: np.random.Generator, count: int, color: float) -> FloatArray:
@@ -86,6 +86,19 @@ def test_gusts_are_found_and_calm_air_is_left_alone(kind: str) -> None:
         assert not calm.detected
         assert not calm.warning
         assert not calm.warning
+
+
+@pytest.mark.parametrize("kind", ["lon", "lat"])
+def test_gusts_are_found_at_ten_samples_a_second(kind: str) -> None:
+    """Noise is folded into the band, so that a few are missed."""
+    detected = dict.fromkeys((0.0, 0.6), 0)
+    for seed in range(310, 318):
+        for gust in detected:
+            slow = every_tenth_sample(fly(seed, kind, gust=gust).maneuver)
+            solution = fit([slow], MLSettings(axis=AXES[kind]))
+            detected[gust] += bool(solution.estimate.gusty_maneuvers)
+    assert detected[0.0] <= 1
+    assert detected[0.6] >= 6
 
 
 def synthetic(random: np.random.Generator, seconds: float = 10.0) -> dict[str, FloatArray]:

@@ -277,6 +277,12 @@ def _measured(
     return shown
 
 
+def every_tenth_sample(maneuver: Maneuver) -> Maneuver:
+    block = maneuver.block
+    slow = Block(channels=block.channels, times=block.times[::10], values=block.values[::10])
+    return replace(maneuver, block=slow)
+
+
 def edited(maneuver, **changes):
     """Return a maneuver with channels changed: new samples, or a function of the old ones."""
     values = np.array(maneuver.block.values)

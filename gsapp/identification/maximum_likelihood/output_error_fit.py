@@ -17,7 +17,11 @@ from gsapp.identification.maximum_likelihood.problem_builder import (
     build_problem,
     model_parameter_values,
 )
-from gsapp.identification.maximum_likelihood.settings import FitProgressCallback, MLSettings
+from gsapp.identification.maximum_likelihood.settings import (
+    ML_ALGORITHM,
+    FitProgressCallback,
+    MLSettings,
+)
 from gsapp.identification.maximum_likelihood.solution import MLSolution, build_solution
 from gsapp.identification.maximum_likelihood.solver import DivergedError, Solver, SolverResult
 from gsapp.identification.memory_allocator import retain_freed_memory
@@ -144,7 +148,7 @@ def initial_unknowns(
 def _check_sample_count(problem: EstimationProblem, solver: Solver) -> None:
     unknowns = problem.unknowns
     samples = solver.samples
-    if samples < 4 * len(unknowns):
+    if samples < ML_ALGORITHM.min_samples_per_unknown * len(unknowns):
         raise FlightError(
             f"{samples} samples count, too few for {len(unknowns)} unknowns; widen the cut, or "
             "hold some derivatives"

@@ -48,6 +48,7 @@ class MLAlgorithmSettings:
     min_response_r2: float = 0.5  # Of a response: a warning below.
     r2_averaging: float = 0.1  # s of averaging for R2: noise alone does not lower it.
     bad_fit_power_ratio: float = 20.0  # Low frequency over white noise: a bad fit.
+    min_samples_per_unknown: int = 2  # Each sample has several responses.
 
 
 ML_ALGORITHM: Final = MLAlgorithmSettings()

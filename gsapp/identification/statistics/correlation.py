@@ -33,9 +33,13 @@ class ResidualStatisticsSettings:
 
     # Turbulence.
     gust_band: tuple[float, float] = (0.5, 4.0)  # Frequencies of gusts, Hz.
+    max_rate_share: float = 0.2  # Of the samples a second: where the band ends in a slow record.
     noise_frequency: float = 8.0  # Frequency, Hz, from which residuals are noise.
-    min_force_coherence: float = 0.6  # Coherences from which gusts are found: of forces ...
-    min_kinematic_coherence: float = 0.25  # ... and of kinematics.
+    min_force_coherence: tuple[float, float] = (0.6, 0.5)
+    """Coherence of forces from which gusts are found; the second where kinematics are certain."""
+    kinematic_sigmas: float = 5.0
+    """Deviations from which they are: 540 calm virtual and real records stay below 4.2."""
+    min_kinematic_coherence: float = 0.25  # Coherence of kinematics from which gusts are found.
     min_noise_ratio: float = 3.0  # Density in the band over that of the noise.
     min_gust: float = 0.05  # m/s in the band: smaller ones would be reported as 0.0 m/s.
     taper_share: float = 0.3  # Share of a segment over which its ends fade in and out.
