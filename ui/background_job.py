@@ -11,6 +11,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from shiboken6 import isValid
 
+from gsapp.flight.readers.reader_process import observe_reading
 from ui.number_format import duration_text
 from ui.translation import tr
 
@@ -132,7 +133,8 @@ class BackgroundJob(QObject):
 
     def _run(self) -> None:
         try:
-            result = self._function(self._progress)
+            with observe_reading(self._progress):
+                result = self._function(self._progress)
         except BaseException as error:
             end = partial(self._finish, None, error)
         else:

@@ -90,3 +90,21 @@ class LogAlignmentSettings:
 
 
 ALIGNMENT: Final = LogAlignmentSettings()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReaderProcessSettings:
+    """Limits of a process that reads a foreign file."""
+
+    limit_mb: int = 512  # Of numbers: two hours of 90 channels at 100 Hz.
+    size_ratio: int = 4  # Numbers over file that are accepted: measured flights shrink to a half.
+    memory_ratio: int = 3  # Memory of the process over the limit of numbers ...
+    memory_base_mb: int = 512  # ... and what the libraries take themselves, MB.
+    start_timeout: float = 60.0  # s for Python and libraries on a slow disk.
+    quiet_timeout: float = 8.0  # s without progress in a small file ...
+    slow_disk_rate: float = 2e6  # ... and bytes per second of a large one.
+    cpu_time: float = 600.0  # s, after which the system ends a process that nobody waits for.
+    poll_interval: float = 0.05  # s between two reports.
+
+
+READER_PROCESS: Final = ReaderProcessSettings()

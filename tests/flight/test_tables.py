@@ -1,5 +1,6 @@
 """MATLAB and Parquet, our own and those of strangers, and strangers' CSV by a channel map."""
 
+import os
 import sys
 
 import numpy as np
@@ -124,6 +125,9 @@ def test_unknown_format_and_units(tmp_path):
 
 @pytest.mark.parametrize("name", ["h5py", "pyarrow"])
 def test_extras_that_are_not_installed(tmp_path, monkeypatch, name):
+    # Also for the process that reads.
+    (tmp_path / f"{name}.py").write_text("raise ImportError")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
     monkeypatch.setitem(sys.modules, name, None)
     if name == "h5py":
         head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512)

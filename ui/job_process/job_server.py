@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, Literal, Protocol
 
+from gsapp.flight.readers.reader_process import observe_reading
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.process_control import lower_priority
 
@@ -71,7 +72,9 @@ def serve_jobs(
         while True:
             job = connection.recv()
             try:
-                told = JobReport(kind="done", share=1.0, result=bench.do(job))
+                with observe_reading(tell):
+                    result = bench.do(job)
+                told = JobReport(kind="done", share=1.0, result=result)
             except JobStoppedError:
                 told = JobReport(kind="stopped")
             except Exception as error:  # every failure is told in the window

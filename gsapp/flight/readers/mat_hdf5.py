@@ -12,17 +12,23 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.flight.readers.reader_process import ProgressCallback, check_read_size
 from gsapp.foundation import FlightError
 
 _OWN = "#"
 """Begins the names of what MATLAB keeps for itself (``#refs#``)."""
+_NUMBER = 8
+"""Bytes of a number in the flight."""
+_OBJECT = 1024
+"""Bytes that any object takes, which many references may name."""
 
 
-def read_mat_hdf5(file: Path) -> dict[str, Any]:
+def read_mat_hdf5(file: Path, limit: int, progress: ProgressCallback) -> dict[str, Any]:
     """Read all variables, as `scipy.io.loadmat` with ``simplify_cells`` reads older versions.
 
     A structure is a dict, an array of structures a list of dicts, a text a str; axes of length 1
-    are dropped. What is neither number nor text is left out.
+    are dropped. What is neither number nor text is left out. Raise `FlightError` where they take
+    more than `limit` bytes.
     """
     try:
         import h5py
@@ -32,21 +38,19 @@ def read_mat_hdf5(file: Path) -> dict[str, Any]:
             "installed; install it with 'pip install gsapp-ground-station[mat73]', or save the "
             "file in MATLAB with save('file.mat', '-v7')"
         ) from error
-    try:
-        with file.open("rb") as stream, h5py.File(stream, "r") as root:
-            return _Reader(root).members(root)
-    except Exception as error:
-        # Of a damaged file the HDF5 library complains in many ways.
-        raise FlightError(
-            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB"
-        ) from error
+    with file.open("rb") as stream, h5py.File(stream, "r") as root:
+        return _Reader(file, root, limit, progress).members(root)
 
 
 class _Reader:
     """Reads the objects of one file; those that others refer to are found from its root."""
 
-    def __init__(self, root: Any) -> None:
+    def __init__(self, file: Path, root: Any, limit: int, progress: ProgressCallback) -> None:
+        self._file = file
         self._root = root
+        self._limit = limit
+        self._progress = progress
+        self._bytes = 0
 
     def members(self, group: Any) -> dict[str, Any]:
         return {
@@ -57,11 +61,13 @@ class _Reader:
 
     def _value(self, item: Any) -> Any:
         """Return a variable, a member or what a reference points to; None for what is no data."""
+        self._add_size(_OBJECT)
         if hasattr(item, "items"):
             return self._structure(item)
         kind = _class_of(item)
         if item.attrs.get("MATLAB_empty", 0):
             return "" if kind == "char" else np.empty(0)
+        self._add_size(_NUMBER * (item.size or 0))
         if kind == "cell":
             return [self._value(self._root[reference]) for reference in item[()].T.reshape(-1)]
         if item.dtype.kind not in "fiub":
@@ -70,6 +76,11 @@ class _Reader:
         if kind == "char":
             return "".join(map(chr, array.reshape(-1).tolist()))
         return array.item() if array.ndim == 0 else array
+
+    def _add_size(self, count: int) -> None:
+        self._bytes += count
+        check_read_size(self._file, self._bytes, self._limit)
+        self._progress(None)
 
     def _structure(self, group: Any) -> Any:
         """Return one structure; a list of them where each member is a dataset of references."""

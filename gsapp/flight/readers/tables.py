@@ -20,13 +20,10 @@ from gsapp.flight.readers.delimited_table import (
     single_problem,
 )
 from gsapp.flight.readers.log_tables import ForeignLog, LogTable
-from gsapp.flight.readers.mat_hdf5 import read_mat_hdf5
+from gsapp.flight.readers.reader_process import read_in_process
 from gsapp.foundation import FileProblem, FileProblemsError, FlightError, UnitError
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import FloatArray, normalize_unit, to_si
-
-_HDF5 = b"\x89HDF\r\n\x1a\n"
-_HDF5_AT = 512
 
 
 def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str, str]]:
@@ -40,18 +37,19 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
 
 def _read_mat(file: Path) -> dict[str, Any]:
     """Return what a ``.mat`` file of any version holds, structures as dicts."""
+    content: dict[str, Any] = _read_file(
+        "mat", file, "save it again in MATLAB with save('file.mat', '-v7')"
+    )
+    return content
+
+
+def _read_file(reader: str, file: Path, remedy: str) -> Any:
     try:
-        with file.open("rb") as stream:
-            head = stream.read(_HDF5_AT + len(_HDF5))
+        return read_in_process(reader, file, remedy)
     except OSError as error:
         raise FlightError(
             f"{file} cannot be read ({error.strerror}); check the path and the permissions"
         ) from error
-    if head.startswith((b"MATLAB 7.3", _HDF5)) or head[_HDF5_AT:] == _HDF5:
-        return read_mat_hdf5(file)
-    if not head.startswith(b"MATLAB 5.0"):
-        raise FlightError(f"{file} is not a MATLAB .mat file of version 5 to 7; name another file")
-    return _load_mat_5(file)
 
 
 def _flatten(content: dict[str, Any]) -> tuple[dict[str, FloatArray], dict[str, str]]:
@@ -71,20 +69,6 @@ def _flatten(content: dict[str, Any]) -> tuple[dict[str, FloatArray], dict[str, 
         columns = {str(names.get(name, name)): values for name, values in columns.items()}
         units = {str(names.get(name, name)): unit for name, unit in units.items()}
     return columns, units
-
-
-def _load_mat_5(file: Path) -> dict[str, Any]:
-    from scipy.io import loadmat  # a tenth of a second
-
-    try:
-        content: dict[str, Any] = loadmat(file, simplify_cells=True)
-    except Exception as error:
-        # A damaged file makes SciPy's parser raise whatever it stumbles over.
-        raise FlightError(
-            f"{file} is damaged ({type(error).__name__}: {error}); save it again in MATLAB with "
-            "save('file.mat', '-v7')"
-        ) from error
-    return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
 def _is_empty(value: Any) -> bool:
@@ -109,38 +93,8 @@ def read_parquet_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[
 
     Null becomes NaN. Columns of text and times of day are passed over.
     """
-    file = Path(path)
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        raise FlightError(
-            "reading Parquet needs pyarrow, which is not installed; install it with "
-            "'pip install gsapp-ground-station[parquet]'"
-        ) from error
-    try:
-        # Through a handle: given a path, Arrow would also read folders and other places.
-        with file.open("rb") as stream:
-            table = parquet.read_table(stream)
-    except (OSError, pyarrow.ArrowException) as error:
-        raise FlightError(
-            f"{file} cannot be read as Parquet ({_first_line(error)}); write it again"
-        ) from error
-    columns: dict[str, FloatArray] = {}
-    units: dict[str, str] = {}
-    for field, column in zip(table.schema, table.columns, strict=True):
-        if not (pyarrow.types.is_floating(field.type) or pyarrow.types.is_integer(field.type)):
-            continue
-        numbers = column.cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
-        columns[field.name] = np.array(numbers, dtype=np.float64)
-        metadata: dict[bytes, bytes] = field.metadata or {}
-        if b"unit" in metadata:
-            units[field.name] = metadata[b"unit"].decode("utf-8", "replace")
+    columns, units = _read_file("parquet", Path(path), "write it again")
     return columns, units
-
-
-def _first_line(error: Any) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__
 
 
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")

@@ -1,0 +1,236 @@
+"""Damaged tables of C libraries, tables that unpack to gigabytes, readers that die or hang."""
+
+import os
+import struct
+import sys
+import time
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from gsapp.flight import load_flight
+from gsapp.flight.readers import reader_process
+from gsapp.flight.readers.reader_process import observe_reading, read_in_process
+from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns
+from gsapp.flight.settings import READER_PROCESS
+from gsapp.foundation import GroundStationError
+from tests.bad_input.bad_input_kit import refused
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs limits of memory")
+
+
+class EnoughError(Exception):
+    """Nobody wants the file any more."""
+
+
+@pytest.fixture
+def mat(tmp_path: Path) -> Path:
+    path = tmp_path / "f.mat"
+    times = np.arange(200) / 50.0
+    content = {"time": times[:, None], "q": np.sin(times)[:, None]}
+    savemat(path, {**content, "units": {"time": "s", "q": "rad/s"}})
+    return path
+
+
+CRASHES = (
+    {1000: 144, 301: 255, 662: 16},
+    {328: 137},
+    {751: 0, 568: 144, 871: 14},
+    {716: 12},
+    {754: 64, 145: 8},
+    {703: 8, 656: 9},
+)
+"""Bytes by place that make SciPy 1.17 end the process with a segmentation fault."""
+
+
+@pytest.mark.parametrize("changes", CRASHES, ids=str)
+def test_a_damaged_mat_ends_no_program(tmp_path: Path, changes: dict[int, int]) -> None:
+    times, cells = np.arange(12) / 50.0, np.empty(3, object)
+    cells[:] = ["ab", np.arange(3.0), {"x": 1.0}]
+    content = {"time": times[:, None], "q": np.sin(times)[:, None]}
+    content |= {"units": {"time": "s", "q": "rad/s"}, "c": cells, "n": "text"}
+    path = tmp_path / "f.mat"
+    savemat(path, content)
+    data = bytearray(path.read_bytes())
+    for place, byte in changes.items():
+        data[place] = byte
+    path.write_bytes(data)
+    with pytest.raises(GroundStationError, match="is damaged"):
+        load_flight(path)
+
+
+def compressed(name: bytes, rows: int, columns: int = 1) -> bytes:
+    """Return an element of zeros, written as bytes, as MATLAB writes small whole numbers."""
+    padded = name.ljust(-(-len(name) // 8) * 8, b"\0")
+    size = rows * columns
+    head = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, rows, columns)
+    head += struct.pack("<II", 1, len(name)) + padded + struct.pack("<II", 2, size)
+    packer = zlib.compressobj(9)
+    parts = [packer.compress(struct.pack("<II", 14, len(head) + -(-size // 8) * 8) + head)]
+    zeros = bytes(1 << 20)
+    left = -(-size // 8) * 8
+    while left:
+        step = min(left, len(zeros))
+        parts.append(packer.compress(zeros[:step]))
+        left -= step
+    parts.append(packer.flush())
+    data = b"".join(parts)
+    return struct.pack("<II", 15, len(data)) + data
+
+
+def mat_head() -> bytes:
+    return b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+
+
+def test_a_small_mat_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.mat"
+    path.write_bytes(mat_head() + b"".join(compressed(b"a%d" % k, 1 << 28) for k in range(2)))
+    assert path.stat().st_size < 1 << 20
+    words = ("bomb.mat", "2,048 MB", "GSAPP_READ_LIMIT_MB")
+    refused(("export", "bomb.mat", "--to", "csv", "--out", "x.csv"), *words, cwd=tmp_path)
+
+
+def test_the_limit_can_be_raised_and_lowered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "f.mat"
+    path.write_bytes(mat_head() + compressed(b"q", 1 << 18))
+    monkeypatch.setenv("GSAPP_READ_LIMIT_MB", "1")
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB to 2"):
+        read_mat_columns(path)
+    monkeypatch.setenv("GSAPP_READ_LIMIT_MB", "2")
+    assert read_mat_columns(path)[0]["q"].shape == (1 << 18,)
+
+
+def test_a_mat_that_claims_a_huge_array_is_refused(mat: Path) -> None:
+    data = bytearray(mat.read_bytes())
+    place = data.index(struct.pack("<ii", 200, 1))
+    data[place : place + 8] = struct.pack("<ii", 1 << 30, 64)
+    mat.write_bytes(data)
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
+        load_flight(mat)
+
+
+def test_a_small_parquet_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    rows = 1 << 20
+    zeros = pyarrow.array(np.zeros(rows))
+    table = pyarrow.table({f"c{k}": zeros for k in range(16)})
+    path = tmp_path / "bomb.parquet"
+    with parquet.ParquetWriter(path, table.schema) as writer:
+        for _ in range(16):
+            writer.write_table(table)
+    assert path.stat().st_size < 2 << 20
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
+        read_parquet_columns(path)
+
+
+def test_a_small_hdf5_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "bomb.mat"
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512)
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file.create_dataset("q", shape=(1 << 28,), dtype="f8", chunks=True, compression="gzip")
+    path.write_bytes(head + path.read_bytes()[512:])
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
+        read_mat_columns(path)
+
+
+def test_a_parquet_whose_names_are_no_text(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    path = tmp_path / "f.parquet"
+    parquet.write_table(pyarrow.table({"time": [0.0, 1.0], "qqqq": [0.0, 1.0]}), path)
+    path.write_bytes(path.read_bytes().replace(b"qqqq", b"q\xff\xfeq"))
+    words = ("f.parquet", "write it again")
+    refused(("export", "f.parquet", "--to", "csv", "--out", "x.csv"), *words, cwd=tmp_path)
+
+
+# What becomes of a process that dies, hangs or takes too much
+
+
+def use_reader(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> None:
+    """Let the process read with a function of this body."""
+    lines = "".join(f"    {line}\n" for line in body.splitlines())
+    (folder / "sitecustomize.py").write_text(
+        "import os, signal, sys, time, types\n"
+        f"def read_mat_content(path, limit, progress):\n{lines}"
+        "sys.modules['gsapp.flight.readers.mat_file'] = sys.modules[__name__]\n"
+    )
+    former = os.environ.get("PYTHONPATH", "")
+    monkeypatch.setenv("PYTHONPATH", f"{folder}{os.pathsep}{former}")
+
+
+@POSIX
+def test_a_reader_that_crashes_is_named(
+    mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_reader(monkeypatch, tmp_path, "os.kill(os.getpid(), signal.SIGSEGV)")
+    with pytest.raises(GroundStationError) as caught:
+        read_in_process("mat", mat, "save it again")
+    for word in (str(mat), "SIGSEGV", "save it again"):
+        assert word in str(caught.value)
+
+
+def test_a_reader_that_hangs_is_ended(
+    mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_reader(monkeypatch, tmp_path, "time.sleep(600)")
+    quick = replace(READER_PROCESS, quiet_timeout=0.3)
+    monkeypatch.setattr(reader_process, "READER_PROCESS", quick)
+    started = time.monotonic()
+    with pytest.raises(GroundStationError, match="without progress"):
+        read_in_process("mat", mat, "save it again")
+    assert time.monotonic() - started < 60.0
+
+
+@LINUX
+def test_a_reader_that_takes_too_much_memory_is_refused(
+    mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_reader(monkeypatch, tmp_path, "return bytes(1 << 40)")
+    with pytest.raises(GroundStationError, match="memory"):
+        read_in_process("mat", mat, "save it again")
+
+
+def test_what_a_process_sends_is_never_code(
+    mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_reader(monkeypatch, tmp_path, "return os.getcwd")
+    with pytest.raises(GroundStationError, match="damaged"):
+        read_in_process("mat", mat, "save it again")
+
+
+def test_reading_can_be_canceled_and_says_how_far_it_is(
+    mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note = tmp_path / "pid"
+    use_reader(
+        monkeypatch, tmp_path,
+        f"open({str(note)!r}, 'w').write(str(os.getpid()))\nprogress(0.5)\ntime.sleep(600)",
+    )  # fmt: skip
+
+    def tell(share: float | None, doing: str) -> None:
+        assert mat.name in doing
+        if share == 0.5:
+            raise EnoughError
+
+    with observe_reading(tell), pytest.raises(EnoughError):
+        read_in_process("mat", mat, "save it again")
+    assert not is_running(int(note.read_text()))
+
+
+def is_running(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True
