@@ -57,7 +57,7 @@ class FlightController(QObject):
         self._snapshot: SessionSnapshot | None = None
         self._moved_to: Path | None = None
         self._landed_at: float | None = None
-        self._system: int | None = None  # for which the flight is being read again
+        self._system: tuple[int, str] | None = None  # for which the flight is being read again
         self._finished = False
         self._problem = ""
         self._remarked = False
@@ -151,10 +151,10 @@ class FlightController(QObject):
         if self.session is not None and self.session.replay_feed is not None:
             self.flight_opener.reload(self.session, calibration)
 
-    def select_system(self, system: int) -> None:
+    def select_system(self, system: int, address: str = "") -> None:
         """Make a system of the link the flown one, of the whole flight and for all windows."""
         if self.session is not None:
-            self.session.select_system(system)
+            self.session.select_system(system, address)
             self._refresh(self.session)
 
     def _follow_choice(self, session: Session) -> None:
@@ -165,7 +165,7 @@ class FlightController(QObject):
             self.message_posted.emit(
                 "note",
                 tr("System {chosen} is now the flown system of {name}.").format(
-                    chosen=chosen, name=session.name
+                    chosen=" ".join(map(str, chosen)).strip(), name=session.name
                 ),
             )
             self.flight_opener.reload(session, session.calibration.override_source or None)

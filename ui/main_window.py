@@ -19,11 +19,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.decoding.sender_filter import host_of
 from gsapp.session.user_limit_store import UserLimitStore
 from ui.appearance_controller import AppearanceController
 from ui.commands import CommandRequirement, CommandSet
 from ui.dialogs.flight_dialogs import ask_closing
-from ui.dialogs.mavlink_inspector import MavlinkInspector, describe_vehicle
+from ui.dialogs.mavlink_inspector import MavlinkInspector, describe_rejected, describe_vehicle
 from ui.display_style import DisplayStyle
 from ui.error_reporter import ErrorReport, ErrorReporter
 from ui.file_menu_controller import FileMenuController
@@ -65,10 +66,16 @@ def create_system_menu(
     for vehicle in () if report is None else report.vehicles:
         action = menu.addAction(
             describe_vehicle(vehicle, live=not controller.is_replay),
-            partial(controller.select_system, vehicle.system),
+            partial(controller.select_system, vehicle.system, host_of(vehicle.address)),
         )
         action.setCheckable(True)
         action.setChecked(report is not None and vehicle.system == report.system)
+        group.addAction(action)
+    for other in () if report is None else report.rejected_vehicles:
+        action = menu.addAction(
+            describe_rejected(other), partial(controller.select_system, other.system, other.address)
+        )
+        action.setCheckable(True)
         group.addAction(action)
     if menu.isEmpty():
         menu.addAction(tr("No aircraft found")).setEnabled(False)

@@ -49,6 +49,7 @@ def record(
         rollback_on_failure,
     )
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
+    from gsapp.telemetry.recorder_status import heartbeat_end_text
     from gsapp.telemetry.recording_settings import RecordingSettings
 
     console = PlainConsole(stderr=is_stdout(json))
@@ -70,6 +71,8 @@ def record(
         raise CommandUsageError(
             f"only a flight or the virtual aircraft has a speed; leave out --speed for '{link}'"
         )
+    if settings.listen_only and settings.heartbeat:
+        raise CommandUsageError("--listen-only sends no heartbeat; leave out --heartbeat")
     settings = settings.with_changes(channel_map=settings.channel_map or kind.channel_map)
     _check_other_flight(link, out)
     if not settings.append:
@@ -81,7 +84,8 @@ def record(
         folder = settings.prepare_folder(out, link, tell=say)
         print_aircraft_warnings(console, [folder.aircraft()])
         status = record_link(
-            link, out, heartbeat=settings.heartbeat, stop=stop, give_up=give_up,
+            link, out, heartbeat=settings.heartbeat, listen_only=settings.listen_only,
+            signing_key=settings.signing_key, stop=stop, give_up=give_up,
             on_status=printer.print_news, **options,
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
@@ -91,6 +95,8 @@ def record(
         f"Recorded {frames} frames, {lines} lines and {status.residue_bytes} other bytes in "
         f"{seconds:.0f} s{where}."
     )
+    if status.heartbeats:
+        say(heartbeat_end_text())
     write_json(json, status.model_dump(mode="json"))
     if status.dropped_bytes:
         raise GroundStationError(

@@ -152,6 +152,7 @@ def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
         else {
             "system": report.system,
             "component": None if report.flown is None else report.flown.component,
+            "address": "" if report.flown is None else report.flown.address,
             "chosen": report.is_system_selected,
         },
         "senders": [
@@ -161,6 +162,13 @@ def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
                 "reordered": one.reordered,
             }
             for one in senders
+        ],
+        "rejected": [
+            {
+                "system": one.system, "address": one.address, "reason": one.reason,
+                "count": one.count,
+            }
+            for one in (() if report is None else report.rejected)
         ],
         "messages": [
             {

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from gsapp.decoding.messages import (
 from gsapp.decoding.notices import NOTICE_KINDS, STATUSTEXT_ID, Notice, NoticeLog
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.raw_channels import mavlink_raw_entries
+from gsapp.decoding.sender_filter import RawRecordLike, SenderFilter
 from gsapp.decoding.settings import DECODING
 from gsapp.decoding.vehicle_selection import (
     STATE_MESSAGES,
@@ -48,22 +49,6 @@ from gsapp.quantities import Block
 
 _SYSTEM_TIME = 2
 _AUTOPILOT = 5  # place in the payload of HEARTBEAT
-
-
-class RawRecordLike(Protocol):
-    """What is fed: a `gsapp.flight.raw_files.record_files.RawRecord`, or anything like it."""
-
-    @property
-    def stamp_us(self) -> int:
-        """Host time of arrival, microseconds since 1970."""
-
-    @property
-    def kind(self) -> str:
-        """``frame``, ``line`` or ``residue``."""
-
-    @property
-    def data(self) -> bytes:
-        """The bytes."""
 
 
 class _Pending:
@@ -100,6 +85,8 @@ class Decoder:
         Rows per second.
     system : int, optional
         The flown system; else that of the channel map, or the first autopilot heard.
+    address : str, optional
+        Network address that it sends from, HOST or HOST:PORT; else that of its first heartbeat.
     keep_samples : bool, optional
         Whether samples are kept for `native_samples`.
     """
@@ -112,6 +99,7 @@ class Decoder:
         aircraft: Aircraft | None = None,
         rate: float = 100.0,
         system: int | None = None,
+        address: str = "",
         keep_samples: bool = False,
     ) -> None:
         if channel_map.format != "mavlink":
@@ -158,6 +146,8 @@ class Decoder:
         self._line_streams = [k for k, number in enumerate(self._ids) if number is None]
         self._line_parser = TextLineParser(channel_map)
         self._selector = VehicleSelector(channel_map, system, self.health, self._log, self._frame)
+        self._sender_filter = SenderFilter(self.health, self._log, self.system, address)
+        self.address = address
         self.parameters: list[tuple[float | None, str, float]] = []
         self._mode = ""
         self._is_px4 = False
@@ -212,6 +202,9 @@ class Decoder:
         channel follow each other without gap or overlap, but for pauses longer than
         `DECODING.max_filled_pause`.
         """
+        return self._feed_accepted(self._sender_filter.feed(records))
+
+    def _feed_accepted(self, records: Sequence[RawRecordLike]) -> list[Block]:
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
         clock = self.clock
@@ -230,12 +223,13 @@ class Decoder:
 
     def finish(self) -> list[Block]:
         """Return the rows that still waited for something better; nothing more will come."""
+        blocks = self._feed_accepted(self._sender_filter.finish())
         self._selector.decide()
         self.clock.finish()
         self._take_released(self.health.last_stamp or 0)
         self._take_spread(self._bursts.release_all())
         self._log.flush_overdue()
-        return self._pull(final=True)
+        return blocks + self._pull(final=True)
 
     def _pull(self, *, final: bool) -> list[Block]:
         for stream, pending in enumerate(self._pending):

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
 from gsapp.decoding.framing import MAX_FRAME_LENGTH
@@ -65,6 +66,7 @@ class SenderHealth:
     autopilot: str = ""
     """What its heartbeat says it is; empty before the first."""
     radio: bool = False  # Whether all that it sends is the status of a radio.
+    address: str = ""  # Network address that its system is taken from, if it has one.
 
     def __str__(self) -> str:
         kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
@@ -81,6 +83,37 @@ class SenderHealth:
     @property
     def arrived(self) -> int:
         return self.good + self.unknown - self.duplicates
+
+
+_REJECTION_REASONS = {
+    "unsigned": "they are not signed",
+    "false": "their signature is false",
+    "replayed": "their signature is out of date: replayed, or a clock is wrong",
+}
+
+
+@dataclass(slots=True, kw_only=True)
+class RejectedSender:
+    """Frames that carry the id of a system and are not taken as that system's."""
+
+    system: int
+    address: str  # Network address; empty where the link has none.
+    reason: str  # "address", or the state of the signature: "unsigned", "false", "replayed".
+    count: int = 0
+    last_stamp: int = 0  # Host stamp of the last, us.
+    is_vehicle: bool = False  # Whether a heartbeat of an autopilot was among them.
+
+    def describe(self, pinned: str = "") -> str:
+        """Return what is ignored and why; `pinned` is the address of the system."""
+        sender = f" from {self.address}" if self.address else ""
+        if self.reason != "address":
+            why = _REJECTION_REASONS.get(self.reason, self.reason)
+            return f"Messages of system {self.system}{sender} are ignored: {why}."
+        return (
+            f"Messages of system {self.system}{sender} are ignored: the aircraft sends from "
+            f"{pinned or 'another address'}. If {self.address} is the aircraft, choose it on the "
+            "LINK tile."
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +142,8 @@ class LinkReport:
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
     """The same by sender and by message, of those of whom one frame was good."""
+    rejected: tuple[RejectedSender, ...]  # Whose frames are recorded, but not decoded.
+    recently_rejected: tuple[str, ...]  # What is said of those of the last seconds.
     warnings: tuple[str, ...]  # What the crew should know, in words.
     unreadable: str
     """The one of them that says that nothing of what arrives can be read; empty where it can."""
@@ -117,6 +152,11 @@ class LinkReport:
     def arrived(self) -> int:
         """Return how many frames came, each counted once."""
         return self.good + self.unknown - self.duplicates
+
+    @property
+    def rejected_vehicles(self) -> tuple[RejectedSender, ...]:
+        """Return those that can be the flown aircraft, sending from another address."""
+        return tuple(one for one in self.rejected if one.is_vehicle and one.reason == "address")
 
     @property
     def vehicles(self) -> tuple[SenderHealth, ...]:
@@ -243,12 +283,15 @@ class LinkHealth:
 
     Feed it raw records in their order; ask for a `report` whenever one is wanted. Who decodes the
     frames sets `flown`, system and component of the aircraft of which age, rate and loss are
-    reported, and `chosen`, whether the crew or the channel map has named that system.
+    reported, and `chosen`, whether the crew or the channel map has named that system. A
+    `gsapp.decoding.sender_filter.SenderFilter` sets `addresses`, by system, and `rejected`.
     """
 
     def __init__(self) -> None:
         self.flown: tuple[int, int] | None = None
         self.chosen = False
+        self.addresses: dict[int, str] = {}
+        self.rejected: dict[tuple[int, str, str], RejectedSender] = {}
         self._known = wire_formats()
         self._times = time_fields()
         self._senders: dict[int, _Sender] = {}
@@ -282,13 +325,14 @@ class LinkHealth:
         """Return how many frames are missing, in all sequences but those of ground stations."""
         return sum(sender.lost for sender in self._senders.values() if not sender.ground)
 
-    def feed(self, records: Iterable[tuple[int, str, bytes]]) -> None:
+    def feed(self, records: Iterable[tuple[Any, ...]]) -> None:
         """Count records in the order of their stamps.
 
-        Each is a stamp in microseconds, a kind (``frame``, ``line``, ``residue``) and bytes, as
-        `gsapp.flight.raw_files.record_files.RawRecord` holds them.
+        Each begins with a stamp in microseconds, a kind (``frame``, ``line``, ``residue``) and
+        bytes, as a `gsapp.flight.raw_files.record_files.RawRecord` does.
         """
-        for stamp, kind, data in records:
+        for record in records:
+            stamp, kind, data = record[:3]
             if self.last_stamp is None:
                 self._read_stamp = stamp
             if kind == "residue":
@@ -502,6 +546,13 @@ class LinkHealth:
             flown=flown,
             senders=senders,
             messages=tuple(self._message_reports(now)),
+            rejected=tuple(replace(one) for one in self.rejected.values()),
+            recently_rejected=tuple(
+                one.describe(self.addresses.get(one.system, ""))
+                for one in self.rejected.values()
+                if one.system < FIRST_GROUND_SYSTEM
+                and now - one.last_stamp <= DECODING.rejection_time
+            ),
             warnings=self.warnings(),
             unreadable=self.unreadable,
         )
@@ -517,6 +568,7 @@ class LinkHealth:
             vehicle_type=_enum_text("MAV_TYPE", sender.kind),
             autopilot=_enum_text("MAV_AUTOPILOT", sender.autopilot),
             radio=RADIO_MESSAGES.issuperset(sender.messages),
+            address=self.addresses.get(key >> 8, ""),
         )
 
     def _message_reports(self, now: int) -> Iterable[MessageHealth]:

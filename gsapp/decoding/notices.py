@@ -105,7 +105,8 @@ _MAX_KEYS = 1000
 
 NOTICE_KINDS: Final = frozenset({
     "restart", "step", "outlier", "other-clock", "frozen-clock", "no-clock", "host-step",
-    "other-system", "other-component", "unknown-message", "bad-line",
+    "other-system", "other-component", "unknown-message", "bad-line", "flown-system",
+    "rejected-address", "rejected-unsigned", "rejected-false", "rejected-replayed",
 })  # fmt: skip
 """Kinds of notices about what was recorded, beside what the vehicle says itself."""
 

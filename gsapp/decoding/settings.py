@@ -26,6 +26,9 @@ class DecodingSettings:
     min_host_clock_step: int = 30_000_000  # A lasting step of the delay: host clock set.
     give_up_interval: int = 30_000_000  # Interval at which rows that still wait are given up.
     autopilot_timeout: int = 3_000_000  # Wait for an autopilot: it sends a heartbeat a second.
+    sender_timeout: int = 3_000_000  # Silence after which another port of a host takes over.
+    rejection_time: int = 10_000_000  # For which a rejected sender counts as present.
+    max_rejected_senders: int = 64  # Told apart; a flood of forged addresses fills no memory.
     chunk_timeout: int = 5_000_000  # How long the next piece of a text is waited for.
 
     # Messages without a stamp that come in bursts.

@@ -190,6 +190,14 @@ class VehicleSelector:
     def _fly(self, system: int) -> None:
         """Take a system for the flown aircraft, and decode what it has sent so far."""
         self.system = system
+        if address := self._health.addresses.get(system):
+            self._log.add_once(
+                ("flown-system", system, 0),
+                self._health.last_stamp or 0,
+                f"system {system} at {address} is taken as the aircraft: its autopilot was heard "
+                "first; to fly another, choose it on the LINK tile",
+                system=system,
+            )
         undecided, self._undecided = self._undecided, []
         for host, data in undecided:
             self._decode(host, data)

@@ -108,14 +108,22 @@ def event_from_notice(notice: Notice) -> Event:
     )
 
 
-def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) -> Event:
+def vehicle_event(
+    system: int, address: str = "", *, time: float | None = None, stamp_us: int = 0
+) -> Event:
     """Return the event by which the crew chooses the flown system of the whole flight.
 
+    With a network address, HOST or HOST:PORT, only what comes from there is that system's.
     `time` is that of the system flown so far at the host stamp `stamp_us`, us: it relates the
     events before to the clock of the system chosen, see `convert_to_flown_clock`.
     """
-    data = {"system": system} if time is None else {"system": system, "stamp_us": stamp_us}
-    return Event(kind=VEHICLE_EVENT, text=f"Flown system: {system}", time=time, data=data)
+    data: dict[str, Any] = {"system": system}
+    if address:
+        data["address"] = address
+    if time is not None:
+        data["stamp_us"] = stamp_us
+    at = f" at {address}" if address else ""
+    return Event(kind=VEHICLE_EVENT, text=f"Flown system: {system}{at}", time=time, data=data)
 
 
 def event_system(event: Event) -> int | None:
@@ -125,13 +133,25 @@ def event_system(event: Event) -> int | None:
     return system if valid else None
 
 
-def read_selected_system(path: Path) -> int | None:
-    """Return the flown system that the crew chose last in an events file; None if it never did."""
+def event_address(event: Event) -> str:
+    """Return the network address that an event chooses for the flown system; empty for any."""
+    address = event.data.get("address", "")
+    return address if isinstance(address, str) else ""
+
+
+def read_selected_system(path: Path) -> tuple[int | None, str]:
+    """Return the flown system that the crew chose last in an events file, and its address.
+
+    None and an empty address if it never did.
+    """
     try:
         events = read_events(path).events
     except FlightError:
-        return None  # whoever reads marks and notes reports it
-    return next((found for event in reversed(events) if (found := event_system(event))), None)
+        return None, ""  # whoever reads marks and notes reports it
+    for event in reversed(events):
+        if (system := event_system(event)) is not None:
+            return system, event_address(event)
+    return None, ""
 
 
 def selection_stamp(event: Event) -> int | None:

@@ -8,6 +8,8 @@ FRAMES_FILE: Final = "raw.tlog"
 LINES_FILE: Final = "raw.txt"
 RESIDUE_FILE: Final = "residue.bin"
 RAW_FILES: Final = (RESIDUE_FILE, LINES_FILE, FRAMES_FILE)
+SENDERS_FILE: Final = "senders.txt"
+"""Who sent the frames of ``raw.tlog``: beside it, since a frame names its sender without proof."""
 
 INFO_FILE: Final = "flight.toml"
 AIRCRAFT_FILE: Final = "aircraft.toml"
@@ -29,6 +31,7 @@ SEND_FILE: Final = "recorder.send"
 FLIGHT_FOLDER_FILES: Final = frozenset(
     (
         *RAW_FILES,
+        SENDERS_FILE,
         INFO_FILE,
         AIRCRAFT_FILE,
         CHANNEL_MAP_FILE,

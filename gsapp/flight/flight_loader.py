@@ -18,7 +18,7 @@ from gsapp.decoding.derived_channels import SURFACE_DERIVATIONS, select_derivati
 from gsapp.flight.cache import DecodedFlight, cache_key, load_cached, store_cached
 from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import convert_to_flown_clock, event_from_notice, read_events, sort_events
-from gsapp.flight.file_names import EVENTS_FILE
+from gsapp.flight.file_names import EVENTS_FILE, SENDERS_FILE
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.parameter_events import parameter_events
@@ -229,7 +229,12 @@ def _decode_folder(
             sources={},
             remarks=("this flight contains no record",),
         )
-    files = [*raw, *(file for file in (onboard,) if file is not None)]
+    senders = folder.path / SENDERS_FILE
+    files = [
+        *raw,
+        *([senders] if raw and senders.is_file() else []),
+        *(file for file in (onboard,) if file is not None),
+    ]
     key = _cache_key(files, setting)
     decoded = None if setting.native else load_cached(folder.cache_folder, key)
     if decoded is None:
@@ -286,6 +291,7 @@ def _cache_key(files: list[Path], setting: FlightReadSettings) -> str:
             "rate": setting.rate,
             "raw": setting.raw,
             "system": setting.system,
+            "address": setting.address,
         },
     )
 

@@ -44,6 +44,8 @@ class FlightReadSettings:
     """Of the grid, Hz; None leaves it to the reader."""
     system: int | None = None
     """The flown system that the crew has chosen; None leaves it to the map and the record."""
+    address: str = ""
+    """The network address that it sends from, if the crew has chosen one."""
     raw: tuple[str, ...] = ()
     """Patterns of raw channels, beside those of the map."""
     native: bool = False
@@ -76,6 +78,7 @@ class FlightReadSettings:
                 own = load_certificates(folder.calibration_folder)
         if isinstance(channel_map, (str, Path)):
             channel_map = load_channel_map(channel_map)
+        system, address = read_selected_system(events_path(path))
         return FlightReadSettings(
             channel_map=channel_map,
             certificates=own if certificates is None else load_certificates(certificates),
@@ -83,7 +86,8 @@ class FlightReadSettings:
             recorded=own,
             aircraft=find_aircraft(path, aircraft),
             rate=rate,
-            system=read_selected_system(events_path(path)),
+            system=system,
+            address=address,
             raw=tuple(raw),
             native=native,
         )
@@ -101,6 +105,7 @@ class FlightReadSettings:
             aircraft=self.aircraft,
             rate=self.grid_rate,
             system=self.system,
+            address=self.address,
             keep_samples=self.native,
         )
 

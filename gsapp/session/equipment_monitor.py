@@ -380,6 +380,11 @@ class EquipmentMonitor:
             self._registry.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._registry.clear("aircraft", now)
+        strangers = () if report is None else report.recently_rejected
+        if strangers and self.handle is not None:
+            self._registry.raise_("stranger", Severity.WARNING, now, " ".join(strangers))
+        else:
+            self._registry.clear("stranger", now)
         view = build_link_summary(report, words=text, severity=severity, loss=loss, age=age)
         return replace(view, problem=sentence if age is None else "")
 

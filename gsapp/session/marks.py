@@ -15,12 +15,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
 from gsapp.decoding.decoder import Decoder
+from gsapp.decoding.sender_filter import host_of
 from gsapp.flight.events import (
     Event,
     EventLog,
     clock_event,
     clock_readings,
     convert_to_flown_clock,
+    event_address,
     event_system,
     selection_stamp,
     vehicle_event,
@@ -301,36 +303,45 @@ def _number(value: object) -> float | None:
 class SystemSelection:
     """The flown system: that of the flight's settings, or what the crew chose in any window."""
 
-    def __init__(self, system: int | None, decoder: Callable[[], Decoder | None]) -> None:
-        self._initial = self._chosen = system
+    def __init__(
+        self, system: int | None, address: str, decoder: Callable[[], Decoder | None]
+    ) -> None:
+        self._initial = self._chosen = (system, address)
         self._decoder = decoder
 
     @property
-    def pending(self) -> int | None:
-        """Return the system that the crew has chosen since this session began.
+    def pending(self) -> tuple[int, str] | None:
+        """Return the system that the crew has chosen since this session began, and its address.
 
         None where it has not, or chose the one that is decoded: else the flight is to be opened
         again, since all of it is read for the system chosen.
         """
-        decoder = self._decoder()
-        decoded = self._initial if decoder is None else decoder.system
-        return None if self._chosen == decoded else self._chosen
+        system, address = self._chosen
+        return None if system is None or self._is_decoded(system, address) else (system, address)
 
-    def select(self, system: int, marks: MarkStore) -> None:
+    def _is_decoded(self, system: int | None, address: str) -> bool:
+        decoder = self._decoder()
+        if decoder is None:
+            return (system, address) == self._initial
+        found = decoder.health.addresses.get(system or 0, "")
+        return decoder.system == system and address in ("", decoder.address, found, host_of(found))
+
+    def select(self, system: int, address: str, marks: MarkStore) -> None:
         """Make a system the flown one, of the whole flight, for all windows and replays."""
         decoder, time, stamp = self._decoder(), None, 0
-        if decoder is not None and decoder.system not in (None, system):
+        is_known = decoder is not None and decoder.system is not None
+        if decoder is not None and is_known and not self._is_decoded(system, address):
             stamp = decoder.health.last_stamp or 0
             time = decoder.flight_time_at(stamp)
-        marks.write(vehicle_event(system, time=time, stamp_us=stamp))
+        marks.write(vehicle_event(system, address, time=time, stamp_us=stamp))
 
     def apply_event(self, event: Event) -> None:
         """Take in a choice that this or another window wrote."""
         chosen = event_system(event)
         if chosen is not None:
-            self._chosen = chosen
+            self._chosen = (chosen, event_address(event))
             decoder = self._decoder()
-            if decoder is not None and decoder.system == chosen:
+            if decoder is not None and self._is_decoded(*self._chosen):
                 decoder.health.chosen = True  # which of several was in question
 
     def time_of(self, choice: Event, stamp_us: int) -> float | None:
@@ -339,4 +350,5 @@ class SystemSelection:
         if decoder is None or (decoder.health.last_stamp or 0) < stamp_us:
             return None
         time = decoder.flight_time_at(stamp_us)
-        return time if decoder.system == event_system(choice) and time is not None else math.nan
+        is_decoded = self._is_decoded(event_system(choice), event_address(choice))
+        return time if is_decoded and time is not None else math.nan

@@ -105,7 +105,9 @@ class Session:
         self.alarm_registry = AlarmRegistry()
         self.history = SampleHistory((), opened.rate)
         self._worker = worker = opened.worker
-        self.system_selection = SystemSelection(setting.system, lambda: self.decoder)
+        self.system_selection = SystemSelection(
+            setting.system, setting.address, lambda: self.decoder
+        )
         events = events_path(path)
         self.mark_store = MarkStore(
             EventLog(events) if worker is None else BackgroundEventLog(events, worker),
@@ -375,15 +377,17 @@ class Session:
 
     # What the user does
 
-    def select_system(self, system: int) -> None:
+    def select_system(self, system: int, address: str = "") -> None:
         """Make a system the flown one, of the whole flight, for all windows and replays.
+
+        With a network address, HOST or HOST:PORT, only what comes from there is that system's.
 
         Raises
         ------
         FlightError
             If it cannot be written.
         """
-        self.system_selection.select(system, self.mark_store)
+        self.system_selection.select(system, address, self.mark_store)
         self.alarm_log.read()
 
     def mark(

@@ -5,18 +5,21 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue
 from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.decoding.notices import NoticeLog
+from gsapp.decoding.sender_filter import FrameOrigin, SenderFilter
+from gsapp.flight.raw_files.record_files import RawRecord, RecordKind
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.link_kinds import list_serial_ports
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import LinkContent, RecorderStatus
-from gsapp.telemetry.send_queue import GroundHeartbeat
+from gsapp.telemetry.send_queue import GroundPacker
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
@@ -125,6 +128,9 @@ def _bytes(count: int) -> str:
     return f"{count:,} bytes" if count < 100_000 else f"{count / 1e6:.1f} MB"
 
 
+_RECORD_KINDS: Final[Mapping[type, RecordKind]] = {MavlinkFrame: "frame", Residue: "residue"}
+
+
 class LinkTest:
     """Opens a link in a thread of its own and keeps nothing but counts, until it is closed.
 
@@ -132,11 +138,13 @@ class LinkTest:
     it is none.
     """
 
-    def __init__(self, link: str) -> None:
+    def __init__(self, link: str, *, listen_only: bool = False) -> None:
         self._clock = HostClock()
+        self._listen_only = listen_only
         self._address = parse_link(link)
         self._source = open_source(self._address, clock=self._clock)
         self._health = LinkHealth()
+        self._filter = SenderFilter(self._health, NoticeLog(lambda _stamp: None))
         self._sample = ContentSample()
         self._framers: dict[str, Framer | LineFramer] = {}
         self._received = 0
@@ -190,12 +198,13 @@ class LinkTest:
         except LinkError as error:
             self.open_error = str(error)
             return
-        heartbeat = GroundHeartbeat() if kind_of(self._address).needs_heartbeat else None
+        speaks = kind_of(self._address).needs_heartbeat and not self._listen_only
+        packer = GroundPacker()
         next_heartbeat = 0.0
         while not self._ended.is_set() and not self._source.finished:
-            if heartbeat is not None and time.monotonic() >= next_heartbeat:
+            if speaks and time.monotonic() >= next_heartbeat:
                 next_heartbeat = time.monotonic() + TELEMETRY.heartbeat_interval
-                self._source.write(heartbeat.frame())
+                self._source.write(packer.pack_heartbeat(self._clock.now_us()))
             for stamp, data, peer in self._source.read(TELEMETRY.test_read_timeout):
                 self._take(stamp, data, peer)
         self._source.close()
@@ -206,8 +215,10 @@ class LinkTest:
             framer = self._framers[peer] = self._source.new_framer()
         self._received += len(data)
         self._sample.feed(data)
-        kinds = {MavlinkFrame: "frame", Residue: "residue"}
+        origin = FrameOrigin(peer)
+        records = [
+            RawRecord(stamp, _RECORD_KINDS.get(type(item), "line"), item.data, origin)
+            for item in framer.feed(data)
+        ]
         with self._lock:
-            self._health.feed(
-                (stamp, kinds.get(type(item), "line"), item.data) for item in framer.feed(data)
-            )
+            self._health.feed(self._filter.feed(records))

@@ -13,12 +13,13 @@ import queue
 import shutil
 import threading
 import time
-from collections import OrderedDict, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
 from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
+from gsapp.decoding.sender_filter import FrameOrigin
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
@@ -26,8 +27,9 @@ from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
-from gsapp.telemetry.send_queue import GroundHeartbeat, SendQueue
+from gsapp.telemetry.send_queue import GroundPacker, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.signing import SignatureVerifier
 from gsapp.telemetry.sources import Chunk, LinkSource
 
 StreamItem = MavlinkFrame | Residue | TextLine
@@ -40,7 +42,8 @@ class PeerStream:
     those of the bytes in the order in which they came from all of them.
     """
 
-    def __init__(self, framer: Framer | LineFramer) -> None:
+    def __init__(self, framer: Framer | LineFramer, address: str = "") -> None:
+        self.address = address  # of the peer; empty for a link without any
         self._framer = framer
         self._fed = 0
         self._starts: deque[tuple[int, int]] = deque()  # in the peer's stream, in the link's
@@ -95,6 +98,10 @@ class Recorder:
     ----------
     heartbeat : bool
         Whether to send the ground station's sign of life once a second.
+    listen_only : bool
+        Whether to send nothing at all, whatever asks for it.
+    signing_key : bytes, optional
+        With it, signatures of what arrives are checked and noted, and what is sent is signed.
     on_status : callable
         Called with every status besides writing it into the folder.
     disk_free : callable
@@ -112,6 +119,8 @@ class Recorder:
         *,
         clock: Clock,
         heartbeat: bool = False,
+        listen_only: bool = False,
+        signing_key: bytes | None = None,
         on_status: Callable[[RecorderStatus], None] = lambda _: None,
         disk_free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         relocate: Callable[[], bool] | None = None,
@@ -122,7 +131,14 @@ class Recorder:
         self.received_bytes = 0
         self.last_data_us: int | None = None
         self._sample = ContentSample()
-        self._heartbeat = GroundHeartbeat() if heartbeat else None
+        self._sends_heartbeats = heartbeat and not listen_only
+        self._listen_only = listen_only
+        self._heartbeats = 0
+        self._verifier = (
+            None if signing_key is None else SignatureVerifier(signing_key, clock.now_us())
+        )
+        self._packer = GroundPacker(self._verifier)
+        self._signatures: Counter[str] = Counter()
         self._on_status = on_status
         self._disk_free = disk_free
         self._streams: OrderedDict[str, PeerStream] = OrderedDict()
@@ -170,7 +186,7 @@ class Recorder:
             if now >= next_look:
                 next_look = now + TELEMETRY.check_interval
                 for frame in self._outbox.pop_frames():
-                    self._ask_to_send(frame)
+                    self._ask_to_send(self._packer.repack(frame, self.clock.now_us()))
                 if self._stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
         self._ended.set()
@@ -206,7 +222,7 @@ class Recorder:
             if not data:
                 if stream is not None:
                     del self._streams[peer]
-                    self._write(stamp, stream.flush())
+                    self._write(stamp, stream.flush(), peer)
                 continue
             if stream is None:
                 stream = self._new_stream(stamp, peer)
@@ -216,7 +232,7 @@ class Recorder:
             self._sample.feed(data)
             stream.last_data = time.monotonic()
             stream.is_flushed = False
-            self._write(stamp, items)
+            self._write(stamp, items, peer)
 
     def flush_idle_streams(self, now: float) -> None:
         """Bring out what is whole of every peer that pauses."""
@@ -225,7 +241,7 @@ class Recorder:
                 stream.is_flushed = True
                 if stream.pending:
                     # It came with the last data; what waits to be taken may have come since.
-                    self._write(self._last_batch_us + 1, stream.flush_complete())
+                    self._write(self._last_batch_us + 1, stream.flush_complete(), stream.address)
 
     def finish(self) -> None:
         """Write what is pending, flush and close the files."""
@@ -269,6 +285,9 @@ class Recorder:
             ),
             warnings=self._warnings(free, seconds),
             notes=[*written.notes, *filter(None, (self._relocation,))],
+            listen_only=self._listen_only,
+            heartbeats=self._heartbeats,
+            signatures=dict(self._signatures),
             parent=os.getppid(),
             ahead_us=self.clock.correction_us,
         )
@@ -313,7 +332,7 @@ class Recorder:
 
     def _flush_streams(self) -> None:
         for stream in self._streams.values():
-            self._write(self._last_batch_us + 1, stream.flush())
+            self._write(self._last_batch_us + 1, stream.flush(), stream.address)
         self._streams.clear()
 
     def _wait_for_room(self, give_up: threading.Event) -> None:
@@ -351,30 +370,44 @@ class Recorder:
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
         if len(self._streams) >= TELEMETRY.max_streams:
             _, oldest = self._streams.popitem(last=False)
-            self._write(stamp, oldest.flush())
-        stream = PeerStream(self.source.new_framer())
+            self._write(stamp, oldest.flush(), oldest.address)
+        stream = PeerStream(self.source.new_framer(), peer)
         self._streams[peer] = stream
         return stream
 
-    def _write(self, stamp: int, items: Sequence[StreamItem]) -> None:
-        """Write what came at one time, in batches whose stamps rise.
+    def _write(self, stamp: int, items: Sequence[StreamItem], peer: str) -> None:
+        """Write what came at one time from a peer, in batches whose stamps rise.
 
-        In a batch the residue comes first; where it came later, another batch begins.
+        In a batch the residue comes first; where it came later, another batch begins, and so it
+        does where the signature of a frame is found otherwise than that of the one before.
         """
         start = 0
+        signatures = [self._verify(item) for item in items]
         for index in range(1, len(items) + 1):
             ends = index == len(items)
-            if ends or (
-                isinstance(items[index], Residue) and not isinstance(items[index - 1], Residue)
+            if (
+                ends
+                or (isinstance(items[index], Residue) and not isinstance(items[index - 1], Residue))
+                or (signatures[index] != signatures[index - 1])
             ):
                 self._last_batch_us = max(stamp, self._last_batch_us + 1)
-                self.writer.append(self._last_batch_us, items[start:index])
+                origin = FrameOrigin(peer, signatures[index - 1])
+                self.writer.append(self._last_batch_us, items[start:index], origin)
                 start = index
 
+    def _verify(self, item: StreamItem) -> str:
+        """Return the state of the signature of a frame; empty where it is not checked."""
+        if self._verifier is None or not isinstance(item, MavlinkFrame):
+            return ""
+        found = self._verifier.verify(item.data)
+        self._signatures[found] += 1
+        return found
+
     def _tend(self, now: float) -> None:
-        if self._heartbeat is not None and now >= self._next_heartbeat:
+        if self._sends_heartbeats and now >= self._next_heartbeat:
             self._next_heartbeat = now + TELEMETRY.heartbeat_interval
-            self._ask_to_send(self._heartbeat.frame())
+            self._heartbeats += 1
+            self._ask_to_send(self._packer.pack_heartbeat(self.clock.now_us()))
         if now >= self._next_folder_check:
             self._next_folder_check = now + TELEMETRY.folder_interval
             self._check_folder()
@@ -383,7 +416,7 @@ class Recorder:
             self.writer.retry()
 
     def _ask_to_send(self, frame: bytes) -> None:
-        if self._outgoing.qsize() < TELEMETRY.max_unsent:
+        if frame and not self._listen_only and self._outgoing.qsize() < TELEMETRY.max_unsent:
             self._outgoing.put(frame)
 
     def _send(self) -> None:

@@ -80,12 +80,15 @@ def start_recorder(
     folder: Path | str,
     *,
     heartbeat: bool | None = None,
+    listen_only: bool = False,
+    signing_key: str = "",
     while_held: Path | None = None,
 ) -> RecorderHandle:
     """Start a recorder in a process of its own, which goes on when this one ends.
 
-    The flight folder is made if missing, continued if it holds a record already. For `heartbeat`
-    see `gsapp.telemetry.recorder_process.record_link`. `while_held` is a lock; the recorder ends
+    The flight folder is made if missing, continued if it holds a record already. For `heartbeat`,
+    `listen_only` and `signing_key`, a file, see
+    `gsapp.telemetry.recorder_process.record_link`. `while_held` is a lock; the recorder ends
     soon after nobody holds it any more. Raise LinkError if it could not begin; says why.
     """
     parse_link(link)
@@ -96,6 +99,10 @@ def start_recorder(
     ]  # fmt: skip
     if heartbeat is not None:
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
+    if listen_only:
+        command.append("--listen-only")
+    if signing_key:
+        command.append(f"--signing-key={signing_key}")
     if while_held is not None:
         command.append(f"--while-held={while_held.absolute()}")
     try:

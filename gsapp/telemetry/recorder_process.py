@@ -20,7 +20,7 @@ from typing import Any
 
 from gsapp.flight.file_names import STATUS_FILE
 from gsapp.flight.raw_files import RawWriter
-from gsapp.foundation import GroundStationError
+from gsapp.foundation import GroundStationError, LinkError
 from gsapp.foundation.file_lock import lock_holder
 from gsapp.foundation.process_control import inhibit_sleep, on_termination_signal
 from gsapp.telemetry.clock import HostClock
@@ -35,6 +35,7 @@ from gsapp.telemetry.recorder_folder import (
 )
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.signing import read_signing_key
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
 
@@ -43,6 +44,8 @@ def record_link(
     folder: Path | str,
     *,
     heartbeat: bool | None = None,
+    listen_only: bool = False,
+    signing_key: Path | str = "",
     stop: threading.Event | None = None,
     give_up: threading.Event | None = None,
     on_status: Callable[[RecorderStatus], None] = lambda _: None,
@@ -60,6 +63,10 @@ def record_link(
     heartbeat : bool, optional
         Whether to send the ground station's sign of life; by default only where nothing would
         come without it (``udpout``).
+    listen_only : bool
+        Whether to send nothing at all. Raise LinkError where nothing would come then (``udpout``).
+    signing_key : Path or str
+        File of the key of MAVLink signatures; empty for none.
     stop, give_up : threading.Event, optional
         See `Recorder.run`.
     on_status : callable
@@ -68,6 +75,12 @@ def record_link(
         Handed to the source, for example ``speed`` of a recorded flight.
     """
     address = parse_link(link) if isinstance(link, str) else link
+    if listen_only and kind_of(address).needs_heartbeat:
+        raise LinkError(
+            f"{address}: nothing comes until something was sent, and listen-only sends nothing; "
+            "let the other side send, and listen with udpin"
+        )
+    key = read_signing_key(signing_key) if signing_key else None
     claims = [RecordingClaim(Path(folder).absolute())]
     files = FolderFileCache()
     try:
@@ -96,8 +109,9 @@ def record_link(
 
         speaks = kind_of(address).needs_heartbeat if heartbeat is None else heartbeat
         recorder = Recorder(
-            source, writer, clock=clock, heartbeat=speaks, on_status=tell, relocate=relocate
-        )
+            source, writer, clock=clock, heartbeat=speaks, listen_only=listen_only,
+            signing_key=key, on_status=tell, relocate=relocate,
+        )  # fmt: skip
         try:
             with contextlib.suppress(LinkUnavailableError):
                 source.open()
@@ -152,6 +166,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("link")
     parser.add_argument("folder", type=Path)
     parser.add_argument("--heartbeat", action=argparse.BooleanOptionalAction)
+    parser.add_argument("--listen-only", action="store_true", help="send nothing at all")
+    parser.add_argument("--signing-key", default="", help="file of the key of signatures")
     parser.add_argument("--speed", type=float, help="of a recorded flight")
     parser.add_argument("--while-held", type=Path, help="end when this lock is released")
     given = parser.parse_args(arguments)
@@ -163,8 +179,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         with on_termination_signal(create_stop_handler(stop, give_up)):
             record_link(
-                given.link, given.folder, heartbeat=given.heartbeat, stop=stop, give_up=give_up,
-                **options,
+                given.link, given.folder, heartbeat=given.heartbeat,
+                listen_only=given.listen_only, signing_key=given.signing_key, stop=stop,
+                give_up=give_up, **options,
             )  # fmt: skip
     except GroundStationError as error:
         sys.stderr.write(f"{error}\n")

@@ -64,12 +64,24 @@ class RecorderStatus(BaseModel):
     """Whether what is wrong is only that the disk does not say that it keeps what it took."""
     warnings: list[str] = []  # What will be wrong soon.
     notes: list[str] = []  # What was found in the folder at the start.
+    listen_only: bool = False  # Whether nothing is sent.
+    heartbeats: int = 0  # Sent since the start.
+    signatures: dict[str, int] = {}
+    """Frames by what was found of their signature; empty where there is no key to check it."""
     parent: int = 0
     """The process that started it; on Windows the launcher of a virtual environment."""
     ahead_us: int = 0
     """By how much its stamps are ahead of the computer's clock, because that was set back, or
     because the flight that is continued ends in the future. Whoever compares a stamp with the
     computer's clock adds it to that."""
+
+
+def heartbeat_end_text() -> str:
+    """Return what the end of a recording that sent heartbeats may do to an aircraft that flies."""
+    return (
+        "The heartbeats of this ground station end with the recording: an autopilot with its "
+        "ground-station failsafe on (FS_GCS_ENABL, NAV_DLL_ACT) may fly home or land."
+    )
 
 
 def runtime_folder() -> Path:

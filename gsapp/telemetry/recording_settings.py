@@ -37,6 +37,17 @@ class RecordingSettings(SettingsModel):
         None, QT_TR_NOOP("Heartbeat"),
         QT_TR_NOOP("Send a heartbeat every second; default: over udpout only."),
         option="--heartbeat/--no-heartbeat")
+    listen_only: bool = setting(
+        False, QT_TR_NOOP("Listen only"),
+        QT_TR_NOOP("Send nothing at all: no heartbeat, no log request."),
+        option="--listen-only")
+    signing_key: str = setting(
+        "", QT_TR_NOOP("Signing key"),
+        QT_TR_NOOP(
+            "MAVLink signing key, a file with 32 bytes, 64 hexadecimal digits or a passphrase: "
+            "check what arrives, sign what is sent."
+        ),
+        option="--signing-key", metavar="FILE")
     speed: float | None = setting(
         None, QT_TR_NOOP("Speed"),
         QT_TR_NOOP("Times real time, where LINK is a FLIGHT."),

@@ -11,11 +11,12 @@ import contextlib
 import os
 import time
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
+from gsapp.telemetry.signing import SignatureVerifier, signature_time
 
 LOG_REQUEST_LIST: Final = 117
 LOG_REQUEST_DATA: Final = 119
@@ -79,20 +80,46 @@ GROUND_SYSTEM = 255
 GROUND_COMPONENT = 190
 
 
-class GroundHeartbeat:
-    """Pack HEARTBEAT messages of a ground station, with their own sequence."""
+class GroundPacker:
+    """Packs what the ground station sends, in one sequence; signed where signatures are checked.
 
-    def __init__(self) -> None:
+    pymavlink signs; a time stamp is never older than those of the aircraft, as the protocol asks.
+    """
+
+    def __init__(self, verifier: SignatureVerifier | None = None) -> None:
+        self._verifier = verifier
         self._dialect = dialect()
         self._packer = self._dialect.MAVLink(
             None, srcSystem=GROUND_SYSTEM, srcComponent=GROUND_COMPONENT
         )
+        if verifier is not None:
+            self._packer.signing.secret_key = verifier.key
+            self._packer.signing.sign_outgoing = True
 
-    def frame(self) -> bytes:
+    def pack_heartbeat(self, host_us: int) -> bytes:
+        """Return the next HEARTBEAT of a ground station, sent at a host time (us)."""
         names = self._dialect
-        message = names.MAVLink_heartbeat_message(
-            names.MAV_TYPE_GCS, names.MAV_AUTOPILOT_INVALID, 0, 0, names.MAV_STATE_ACTIVE, 3
+        return self._pack(
+            names.MAVLink_heartbeat_message(
+                names.MAV_TYPE_GCS, names.MAV_AUTOPILOT_INVALID, 0, 0, names.MAV_STATE_ACTIVE, 3
+            ),
+            host_us,
         )
-        frame = bytes(message.pack(self._packer))
-        self._packer.seq = (self._packer.seq + 1) % 256
-        return frame
+
+    def repack(self, frame: bytes, host_us: int) -> bytes:
+        """Return the message of a frame as the next one of this sender; empty if it holds none."""
+        try:
+            message = self._dialect.MAVLink(None).decode(bytearray(frame))
+        except self._dialect.MAVError:
+            return b""
+        return self._pack(message, host_us)
+
+    def _pack(self, message: Any, host_us: int) -> bytes:
+        packer = self._packer
+        if self._verifier is not None:
+            packer.signing.timestamp = max(
+                packer.signing.timestamp, signature_time(host_us), self._verifier.newest_time
+            )
+        data = bytes(message.pack(packer))
+        packer.seq = (packer.seq + 1) % 256
+        return data

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
-from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
+from gsapp.decoding.health import LinkReport, MessageHealth, RejectedSender, SenderHealth
 from ui.dialogs.form_dialog import SelfDeletingDialog
 from ui.display_style import DisplayStyle
 from ui.flight.side_panels import ListPanel
@@ -28,6 +28,7 @@ LIVE_ONLY_COLUMNS = (2, 3)  # Columns that mean nothing once the record has ende
 def describe_senders(report: LinkReport) -> tuple[str, ...]:
     """Return what became of the frames of each sender."""
     found = [_describe_sender(sender) for sender in report.senders]
+    found.extend(map(describe_rejected, report.rejected))
     if report.lines:
         found.append(tr("{lines} of text.").format(lines=count_text(report.lines, "line")))
     if report.residue_bytes:
@@ -58,10 +59,29 @@ def describe_vehicle(vehicle: SenderHealth, *, live: bool) -> str:
     """Return what is heard of a system that can be the flown one, for a menu."""
     what = ", ".join(filter(None, (vehicle.vehicle_type, vehicle.autopilot)))
     name = tr("System {system}").format(system=vehicle.system) + (f" ({what})" if what else "")
+    name += f" {vehicle.address}" if vehicle.address else ""
     if not live:
         return f"{name}: {count_text(vehicle.arrived, 'message')}"
     return tr("{name}: {rate}/s, {age} ago").format(
         name=name, rate=number_text(vehicle.rate, 0), age=duration_text(vehicle.age)
+    )
+
+
+_REJECTION_REASONS = {
+    "address": QT_TR_NOOP("another address"),
+    "unsigned": QT_TR_NOOP("not signed"),
+    "false": QT_TR_NOOP("false signature"),
+    "replayed": QT_TR_NOOP("signature out of date"),
+}
+
+
+def describe_rejected(sender: RejectedSender) -> str:
+    """Return whose frames are ignored, how many, and why."""
+    return tr("System {system}{address}: {frames} ignored, {reason}").format(
+        system=sender.system,
+        address=f" ({sender.address})" if sender.address else "",
+        frames=count_text(sender.count, "frame"),
+        reason=tr(_REJECTION_REASONS.get(sender.reason, sender.reason)),
     )
 
 

@@ -8,7 +8,7 @@ from heapq import merge
 from pathlib import Path
 from typing import NamedTuple
 
-from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
+from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE, SENDERS_FILE
 from gsapp.flight.raw_files.record_files import (
     MAX_STAMP,
     FrameFile,
@@ -18,6 +18,7 @@ from gsapp.flight.raw_files.record_files import (
     RawRecord,
     RecordKind,
     ResidueFile,
+    SendersFile,
 )
 from gsapp.foundation import FlightError
 
@@ -41,6 +42,7 @@ class RawTail:
         self._frames = FrameFile(self.folder / FRAMES_FILE)
         self._lines = LineFile(self.folder / LINES_FILE)
         self._pieces = ResidueFile(self.folder / RESIDUE_FILE)
+        self._senders = SendersFile(self.folder / SENDERS_FILE)
         self._paths = [str(file.path) for file in (self._frames, self._lines, self._pieces)]
         self._polled: list[int] = []  # sizes of these at the last poll
 
@@ -109,13 +111,13 @@ class RawTail:
                 taken.append(records.popleft())
             ready.append(taken)
         if not ready[0] and not ready[1]:
-            return ready[2]
+            return self._senders.label(ready[2])
         merged = list(merge(*ready, key=lambda record: record.stamp_us))
         if limit is not None and len(merged) > limit:
             for record in reversed(merged[limit:]):
                 self._file_of(record.kind).records.appendleft(record)
             merged = merged[:limit]
-        return merged
+        return self._senders.label(merged)
 
     def _file_of(self, kind: RecordKind) -> RawFile:
         return next(file for file in self._files if file.kind == kind)

@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Final
 
 from gsapp.decoding.framing import MavlinkFrame, Residue, TextLine
-from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RAW_FILES, RESIDUE_FILE
+from gsapp.decoding.sender_filter import UNKNOWN_ORIGIN, FrameOrigin
+from gsapp.flight.file_names import (
+    FRAMES_FILE,
+    LINES_FILE,
+    RAW_FILES,
+    RESIDUE_FILE,
+    SENDERS_FILE,
+)
 from gsapp.flight.raw_files.record_files import (
     MAX_RESIDUE_BYTES,
     RESIDUE_HEADER,
@@ -26,6 +33,7 @@ from gsapp.foundation.files import flush_to_disk
 _FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))
 _PIECE: Final = 1 << 20
+_WRITTEN_FILES: Final = (*RAW_FILES, SENDERS_FILE)
 
 
 @dataclass(slots=True)
@@ -54,7 +62,7 @@ class WriterState:
     lost_records: int = 0
     lost_bytes: int = 0
     """What still waited when the files were closed."""
-    unwritten: dict[str, int] = field(default_factory=lambda: dict.fromkeys(RAW_FILES, 0))
+    unwritten: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_WRITTEN_FILES, 0))
     """Records of both kinds, by the file that they were for."""
     error: str = ""
     """Why the disk takes no more, in words; empty when it does."""
@@ -88,16 +96,17 @@ class RawWriter:
         self._memory_bytes = memory_bytes
         self._write = write
         self._descriptors: dict[str, int] = {}
-        self._unsynced = dict.fromkeys(RAW_FILES, False)
+        self._unsynced = dict.fromkeys(_WRITTEN_FILES, False)
         self._unkept: set[str] = set()  # files of which a flush has failed
-        self._delivered = dict.fromkeys(RAW_FILES, 0)  # records that the system took, by file
+        self._delivered = dict.fromkeys(_WRITTEN_FILES, 0)  # records that the system took, by file
         self._made: set[str] = set()  # files that must be there
         self._may_not_write = False
+        self._origin: FrameOrigin | None = UNKNOWN_ORIGIN  # of the last frame written
         self._waiting: deque[_Pending] = deque()
         self._closing = threading.Lock()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            for name in RAW_FILES:
+            for name in _WRITTEN_FILES:
                 end = find_file_end(self.folder / name)
                 self.last_stamp = max(self.last_stamp, end.last_stamp)
                 if end.torn:
@@ -109,6 +118,8 @@ class RawWriter:
                 if end.size:
                     self._descriptors[name] = os.open(self.folder / name, _FLAGS)
                     self._made.add(name)
+            if SENDERS_FILE in self._made:
+                self._origin = None  # what was written last is not that of what comes now
         except OSError as error:
             raise FlightError(
                 format_os_error(
@@ -119,7 +130,12 @@ class RawWriter:
                 )
             ) from error
 
-    def append(self, stamp_us: int, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
+    def append(
+        self,
+        stamp_us: int,
+        items: Sequence[MavlinkFrame | Residue | TextLine],
+        origin: FrameOrigin = UNKNOWN_ORIGIN,
+    ) -> None:
         """Write what came out of a framer at one time, host us, later than the batch before."""
         stamp = STAMP_STRUCT.pack(stamp_us)
         frames: list[bytes] = []
@@ -142,6 +158,9 @@ class RawWriter:
         if lines:
             self._put(_Pending(LINES_FILE, b"".join(lines), len(lines)))
         if frames:
+            if origin != self._origin:
+                self._origin = origin
+                self._put(_Pending(SENDERS_FILE, b"%d\t%b\n" % (stamp_us, origin.format()), 0))
             self._put(_Pending(FRAMES_FILE, b"".join(frames), len(frames) // 2))
 
     def is_folder_writable(self) -> bool:
@@ -255,17 +274,25 @@ class RawWriter:
             self._make_room()
 
     def _make_room(self) -> None:
-        """Drop the oldest that waits, but never the rest of what is half written."""
+        """Drop the oldest that waits, but never the rest of what is half written.
+
+        The sender of the frames that stay is kept, too.
+        """
+        kept: list[_Pending] = []
         while self.state.waiting_bytes > self._memory_bytes and len(self._waiting) > 1:
             first = self._waiting.popleft()
-            if first.begun:
-                second = self._waiting.popleft()
-                self._waiting.appendleft(first)
-                first = second
+            if first.name == SENDERS_FILE and kept and kept[-1].name == SENDERS_FILE:
+                former = kept[-1]  # of whom nothing is left
+                if not former.begun:
+                    self.state.waiting_bytes -= len(kept.pop().data)
+            if first.begun or first.name == SENDERS_FILE:
+                kept.append(first)
+                continue
             self.state.waiting_bytes -= len(first.data)
             self.state.dropped_bytes += len(first.data)
             self.state.dropped_records += first.records
             self.state.unwritten[first.name] += first.records
+        self._waiting.extendleft(reversed(kept))
 
     def _deliver(self, pending: _Pending) -> bool:
         """Hand bytes to the operating system; return False where it does not take all."""

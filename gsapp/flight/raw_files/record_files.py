@@ -14,7 +14,8 @@ from fastcrc import crc16
 
 from gsapp.decoding.dialect import WireFormat, wire_formats
 from gsapp.decoding.framing import MAGIC_1, MAGIC_2, MAX_FRAME_LENGTH, SIGNATURE_BYTES
-from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE
+from gsapp.decoding.sender_filter import UNKNOWN_ORIGIN, FrameOrigin
+from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE, SENDERS_FILE
 from gsapp.foundation import FlightError
 
 
@@ -27,6 +28,7 @@ class RawRecord(NamedTuple):
     """From ``raw.tlog``, ``raw.txt`` or ``residue.bin``."""
     data: bytes
     """A whole MAVLink frame, a text line without its end, or stray bytes."""
+    origin: FrameOrigin = UNKNOWN_ORIGIN  # Of a frame, as far as it is known.
 
 
 STAMP_STRUCT: Final = Struct(">Q")
@@ -292,6 +294,29 @@ class LineFile(RawFile):
         return position
 
 
+class SendersFile(LineFile):
+    """``senders.txt``: from which stamp on frames come from whom."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._origin = UNKNOWN_ORIGIN
+
+    def label(self, records: list[RawRecord]) -> list[RawRecord]:
+        """Return records, the next ones in the order of their stamps, frames with their origin."""
+        if not records:
+            return records
+        self.read(self.size())
+        if not self.records and self._origin == UNKNOWN_ORIGIN:
+            return records
+        labeled = []
+        for record in records:
+            while self.records and self.records[0].stamp_us <= record.stamp_us:
+                self._origin = FrameOrigin.parse(self.records.popleft().data)
+            is_frame = record.kind == FrameFile.kind
+            labeled.append(record._replace(origin=self._origin) if is_frame else record)
+        return labeled
+
+
 class ResidueFile(RawFile):
     """``residue.bin``: stamped pieces that belong to no frame; only their heads can be judged."""
 
@@ -382,4 +407,5 @@ _FILES: Final[dict[str, type[RawFile]]] = {
     FRAMES_FILE: FrameFile,
     LINES_FILE: LineFile,
     RESIDUE_FILE: ResidueFile,
+    SENDERS_FILE: SendersFile,
 }

@@ -93,7 +93,7 @@ class RecordedSource(LinkSource):
             self._due, self._last_stamp = due, record.stamp_us
             self._advance()
             data = record.data + b"\n" if record.kind == "line" else record.data
-            chunks.append(Chunk(self.clock.now_us(), data))
+            chunks.append(Chunk(self.clock.now_us(), data, record.origin.address))
         return chunks
 
     def _due_time(self, record: RawRecord) -> float:

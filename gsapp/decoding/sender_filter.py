@@ -1,0 +1,226 @@
+"""Frames of each system from one network address only, and only those that are signed as asked.
+
+Anyone on a network can send frames that carry the id of the aircraft. They are recorded like all
+that arrives, with the address that sent them; what is decoded is decided here, from the record
+alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Final, Literal, NamedTuple, Protocol, TypeVar
+
+from gsapp.decoding.health import (
+    FIRST_GROUND_SYSTEM,
+    HEARTBEAT_ID,
+    RADIO_MESSAGES,
+    LinkHealth,
+    RejectedSender,
+    is_vehicle,
+)
+from gsapp.decoding.notices import NoticeLog
+from gsapp.decoding.settings import DECODING
+
+SignatureState = Literal["", "valid", "unsigned", "false", "replayed"]
+"""Of a frame: not checked, or what the check of a MAVLink 2 signature found."""
+REJECTED_SIGNATURES: Final = frozenset(("unsigned", "false", "replayed"))
+
+
+class FrameOrigin(NamedTuple):
+    """Where a frame came from."""
+
+    address: str = ""  # Network address HOST:PORT; empty for links without any.
+    signature: str = ""  # A `SignatureState`.
+
+    def format(self) -> bytes:
+        return f"{self.address}\t{self.signature}".encode()
+
+    @classmethod
+    def parse(cls, line: bytes) -> FrameOrigin:
+        address, _, signature = line.decode("utf-8", "replace").partition("\t")
+        return cls(address, signature)
+
+
+UNKNOWN_ORIGIN: Final = FrameOrigin()
+
+
+class RawRecordLike(Protocol):
+    """What is fed: a `gsapp.flight.raw_files.record_files.RawRecord`, or anything like it."""
+
+    @property
+    def stamp_us(self) -> int:
+        """Host time of arrival, microseconds since 1970."""
+
+    @property
+    def kind(self) -> str:
+        """``frame``, ``line`` or ``residue``."""
+
+    @property
+    def data(self) -> bytes:
+        """The bytes."""
+
+    @property
+    def origin(self) -> FrameOrigin:
+        """Who sent a frame, as far as it is known."""
+
+
+RecordT = TypeVar("RecordT", bound=RawRecordLike)
+
+
+def host_of(address: str) -> str:
+    """Return the host of a network address with or without a port."""
+    host, colon, port = address.rpartition(":")
+    return host if colon and port.isdigit() and not host.endswith(":") else address
+
+
+@dataclass(slots=True)
+class _Pin:
+    """The address that a system is taken from."""
+
+    address: str
+    confirmed: bool  # By a heartbeat of an autopilot, or by the choice of the crew.
+    is_exact: bool = False  # Whether the port counts too: chosen between two of one host.
+    ports: dict[int, tuple[str, int]] = field(default_factory=dict)
+    """Address and host stamp (us) of the last frame of each component."""
+
+    def accepts(self, address: str, component: int, stamp: int) -> bool:
+        if self.is_exact:
+            return address == self.address
+        if host_of(address) != host_of(self.address):
+            return False
+        former, last = self.ports.get(component, (address, stamp))
+        # A program that started again has another port; one that speaks still has not.
+        if address != former and stamp - last < DECODING.sender_timeout:
+            return False
+        self.ports[component] = address, stamp
+        return True
+
+
+class SenderFilter:
+    """Pins every system to a network address, and rejects its frames from elsewhere.
+
+    A system is pinned to where the first heartbeat of its autopilot came from; its frames before
+    that wait. Without a heartbeat for `DECODING.autopilot_timeout` it is pinned to the first
+    sender. Another port of the same host takes over where the former falls silent, another host
+    never does. Frames without an address, of ground stations and of text lines pass.
+
+    Parameters
+    ----------
+    health : LinkHealth
+        Gets the addresses, and what was rejected.
+    log : NoticeLog
+        Gets a notice for every sender that is rejected.
+    system, address : int, str, optional
+        System and address, HOST or HOST:PORT, that the crew chose.
+    """
+
+    def __init__(
+        self, health: LinkHealth, log: NoticeLog, system: int | None = None, address: str = ""
+    ) -> None:
+        self._health = health
+        self._log = log
+        self._pins: dict[int, _Pin] = {}
+        self._held: dict[int, list[RawRecordLike]] = {}
+        if system is not None and address:
+            exact = host_of(address) != address
+            self._pins[system] = _Pin(address, confirmed=True, is_exact=exact)
+            health.addresses[system] = address
+
+    def feed(self, records: Iterable[RecordT]) -> list[RecordT]:
+        """Return the records that are accepted, those that waited before what follows them."""
+        accepted: list[RecordT] = []
+        for record in records:
+            if record.origin is UNKNOWN_ORIGIN or record.kind != "frame":
+                accepted.append(record)
+            else:
+                accepted += self._take(record)
+        return accepted
+
+    def finish(self) -> list[RawRecordLike]:
+        """Return what waits still; nothing more will come."""
+        return [
+            record
+            for system, held in list(self._held.items())
+            for record in self._pin(system, held[0].origin.address, confirmed=False)
+        ]
+
+    def _take(self, record: RecordT) -> list[RecordT]:
+        data, (address, signature) = record.data, record.origin
+        if data[0] == 0xFD:
+            system, component, number = data[5], data[6], int.from_bytes(data[7:10], "little")
+            payload = data[10 : 10 + data[1]]
+        else:
+            system, component, number = data[3], data[4], data[5]
+            payload = data[6 : 6 + data[1]]
+        is_heartbeat = number == HEARTBEAT_ID and is_vehicle(component, payload)
+        # A radio cannot sign what it puts in.
+        if signature in REJECTED_SIGNATURES and not (
+            signature == "unsigned" and number in RADIO_MESSAGES
+        ):
+            self._reject(record, system, address, signature, is_vehicle=is_heartbeat)
+            return []
+        if not address or system >= FIRST_GROUND_SYSTEM:
+            return [record]
+        if number in RADIO_MESSAGES:
+            return [record] if self._is_known_host(address) else []
+        pin = self._pins.get(system)
+        waiting: list[RecordT] = []
+        if pin is None or (is_heartbeat and not pin.confirmed):
+            held = self._held.setdefault(system, [])
+            first = held[0] if held else record
+            overdue = record.stamp_us - first.stamp_us > DECODING.autopilot_timeout
+            if not is_heartbeat and not overdue:
+                held.append(record)
+                return []
+            from_where = address if is_heartbeat else first.origin.address
+            waiting = self._pin(system, from_where, confirmed=is_heartbeat)  # type: ignore[assignment]
+        if self._is_accepted(system, component, record, is_heartbeat=is_heartbeat):
+            waiting.append(record)
+        return waiting
+
+    def _pin(self, system: int, address: str, *, confirmed: bool) -> list[RawRecordLike]:
+        """Pin a system to an address; return what waited of it and came from there."""
+        self._pins[system] = _Pin(address, confirmed=confirmed)
+        self._health.addresses[system] = address
+        return [
+            record
+            for record in self._held.pop(system, ())
+            if self._is_accepted(system, record.data[6 if record.data[0] == 0xFD else 4], record)
+        ]
+
+    def _is_accepted(
+        self, system: int, component: int, record: RawRecordLike, *, is_heartbeat: bool = False
+    ) -> bool:
+        pin, address = self._pins[system], record.origin.address
+        if pin.accepts(address, component, record.stamp_us):
+            return True
+        host = host_of(address)
+        named = host if host != host_of(pin.address) else address
+        self._reject(record, system, named, "address", is_vehicle=is_heartbeat)
+        return False
+
+    def _is_known_host(self, address: str) -> bool:
+        """Return whether a radio may speak from there: with an aircraft, or before any is known."""
+        hosts = {host_of(pin.address) for pin in self._pins.values() if pin.confirmed}
+        return not hosts or host_of(address) in hosts
+
+    def _reject(
+        self, record: RawRecordLike, system: int, address: str, reason: str, *, is_vehicle: bool
+    ) -> None:
+        rejected = self._health.rejected
+        key = (system, address, reason)
+        if key not in rejected and len(rejected) >= DECODING.max_rejected_senders:
+            key = (0, "", reason)  # of many forged addresses each further one is as good
+        found = rejected.get(key)
+        if found is None:
+            found = rejected[key] = RejectedSender(system=key[0], address=key[1], reason=reason)
+            self._log.add_once(
+                (f"rejected-{reason}", system, len(rejected)),
+                record.stamp_us,
+                found.describe(self._health.addresses.get(system, "")),
+                system=system,
+            )
+        found.count += 1
+        found.last_stamp = record.stamp_us
+        found.is_vehicle = found.is_vehicle or is_vehicle
