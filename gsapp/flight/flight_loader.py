@@ -24,6 +24,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.raw_files import RawDamage, RawTail, read_nonempty_tlog
 from gsapp.flight.raw_files.record_files import RawRecord
+from gsapp.flight.read_limits import NUMBER_BYTES, count_grid_rows, read_limit
 from gsapp.flight.read_settings import FlightReadSettings, NameOrPath
 from gsapp.flight.readers.columns import (
     ColumnFlight,
@@ -125,7 +126,7 @@ def load_flight(
         If a map or aircraft of that name does not exist.
     """
     path = Path(name_or_path)
-    if rate is not None and not 0.0 < rate <= 10_000.0:
+    if rate is not None and not 0.01 <= rate <= 10_000.0:
         raise FlightError(f"grid rate of {rate:g} Hz is out of range (1 to 10,000 Hz)")
     folder = FlightFolder.open(path) if path.is_dir() else None
     setting = FlightReadSettings.load(
@@ -377,7 +378,10 @@ def _decode_columns(path: Path, flight: ColumnFlight, setting: FlightReadSetting
     fastest = fastest_rate(block)
     # Instruments that are sampled in turn, a microsecond apart, lie on no grid worth having.
     in_turn = fastest * median_step(block.times) * FLIGHT_DATA.max_idle_rows < 1.0
-    found = None if in_turn else find_uniform_grid(block.times)
+    usual = 1.0 / median_step(block.times) if len(block) > 1 else 1.0
+    needed = count_grid_rows(block.times, usual) * len(block.channels) * NUMBER_BYTES
+    crowded = needed > read_limit(path.stat().st_size)
+    found = None if in_turn or crowded else find_uniform_grid(block.times)
     if setting.native:
         pass
     elif rate is None and found is not None:
@@ -388,6 +392,11 @@ def _decode_columns(path: Path, flight: ColumnFlight, setting: FlightReadSetting
             block = Block(channels=block.channels, times=grid, values=values)
     else:
         chosen = rate or _nearest_rate(fastest)
+        if not FLIGHT_DATA.min_grid_rate <= chosen:
+            raise FlightError(
+                f"{path} has a sample every {1.0 / chosen:.2g} s; is the time in another unit than "
+                "its header says? correct the unit, or remove wrong times"
+            )
         if rate is None:
             remarks.append(
                 f"the times are uneven; resampled to a grid of {chosen:g} samples per second"

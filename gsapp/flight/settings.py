@@ -34,6 +34,8 @@ class FlightDataSettings:
     night between two flights in one record, keeps one missing row at either end and costs no
     memory."""
     max_sample_rate: float = 20_000.0  # Hz: nothing on such an aircraft is faster.
+    min_grid_rate: float = 0.01  # Hz, of columns.
+    max_time: float = 1e11  # s: three thousand years.
     max_idle_rows: float = 8.0  # Rows of a file from sample to sample of its quickest channel.
     max_clock_jump: float = 1.0  # Seconds by which a stamp may be off its neighbors ...
     clock_neighbors: int = 5  # ... so many of which tell where it should be.

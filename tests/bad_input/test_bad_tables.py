@@ -1,6 +1,7 @@
 """Damaged tables of C libraries, tables that unpack to gigabytes, readers that die or hang."""
 
 import os
+import re
 import struct
 import sys
 import time
@@ -152,6 +153,37 @@ def test_a_parquet_whose_names_are_no_text(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes().replace(b"qqqq", b"q\xff\xfeq"))
     words = ("f.parquet", "write it again")
     refused(("export", "f.parquet", "--to", "csv", "--out", "x.csv"), *words, cwd=tmp_path)
+
+
+# Times that cannot be true
+
+TIMES = {
+    "pairs of samples, a pause apart": [40.0 * (k // 2) + 1e-5 * (k % 2) for k in range(2000)],
+    "one of 1e9 s among three": [0.0, 0.01, 1e9],
+    "one of 1e300 s": [0.0, 1e300],
+    "microseconds of the year 2026, as seconds": [1.77e15 + 1e4 * k for k in range(50)],
+}
+
+
+@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+def test_times_that_would_fill_the_memory_are_refused(tmp_path: Path, times: list[float]) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text("time [s],q [deg/s]\n" + "".join(f"{time!r},1\n" for time in times))
+    with pytest.raises(GroundStationError, match=re.escape(str(path))):
+        load_flight(path)
+
+
+def test_a_log_whose_stamps_lie_far_apart_is_refused(tmp_path: Path) -> None:
+    """It takes as many rows as 10 hours of samples do in each of its columns."""
+    times = 59.0 * np.arange(20_000)
+    path, channel_map = tmp_path / "log.csv", tmp_path / "map.toml"
+    path.write_text("t,aoa\n" + "".join(f"{time},1\n" for time in times.tolist()))
+    channel_map.write_text(
+        'name = "mine"\nformat = "table"\ntime = "t"\ntime_unit = "s"\n'
+        '[[channels]]\nid = "alpha"\nsource = "aoa"\nunit = "deg"\n'
+    )
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
+        load_flight(path, channel_map=channel_map)
 
 
 # What becomes of a process that dies, hangs or takes too much

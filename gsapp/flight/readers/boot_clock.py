@@ -74,7 +74,7 @@ class BootClock:
         places = np.concatenate([np.empty(0, np.int64), *(one.places for one in stated.values())])
         times = np.concatenate([np.empty(0), *(one.times for one in stated.values())])
         order = np.argsort(places, kind="stable")
-        good = np.isfinite(times)
+        good = np.abs(times) < FLIGHT_DATA.max_time
         near = _is_near_neighbors(times, order[good[order]])
         strays = np.bincount(owner[good & ~near], minlength=len(sizes))
         # A few stamps that lie elsewhere are but wrong.

@@ -214,11 +214,15 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
 def check_spacing(path: Path, times: FloatArray, where: str) -> None:
     """Check that samples do not follow quicker than any instrument takes them, times in s.
 
-    They do where a program counts time in days. On average: samples of several instruments, each at
+    They do where a program counts time in days, and times are too large where it counts in
+    microseconds. On average: samples of several instruments, each at
     its own time, may follow each other closely.
     """
     if times.size < 2:
         return
+    if max(abs(float(times[0])), abs(float(times[-1]))) > FLIGHT_DATA.max_time:
+        remedy = "is the time in us or ns? write it in the stated unit"
+        raise single_problem(path, where, f"time {times[-1]:.3g} s is out of range", remedy)
     step = float(times[-1] - times[0]) / (times.size - 1)
     if step * FLIGHT_DATA.max_sample_rate < 1.0:
         remedy = "is the time in days or hours? write it in the stated unit"

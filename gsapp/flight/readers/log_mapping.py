@@ -20,6 +20,7 @@ from gsapp.decoding.conversions import CONVERSIONS
 from gsapp.decoding.message_stream import is_valid
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
 from gsapp.decoding.raw_channels import RawPatterns, raw_entry
+from gsapp.flight.read_limits import check_grid_size, count_grid_rows
 from gsapp.flight.readers.log_tables import ForeignLog, LogTable
 from gsapp.flight.uniform_grid import combine_on_grid
 from gsapp.foundation import FlightError, UnitError, UnmappedError
@@ -98,6 +99,12 @@ def map_log(
         vehicle_time=lambda entry: not homes[entry.message, entry.selector, entry.time].by_order,
         keep_samples=native,
     )
+    numbers = sum(
+        count_grid_rows(homes[one.message, one.selector, one.time].times, rate)
+        for one in (each.entry for each in found)
+    )
+    if not native:
+        check_grid_size(log.path, numbers, rate)
     first, last = np.inf, -np.inf
     for number, stream in enumerate(pipeline.streams):
         entry = stream.outputs[0].entry

@@ -15,7 +15,8 @@ from typing import IO, Any, Protocol
 
 import numpy as np
 
-from gsapp.flight.readers.reader_process import ProgressCallback, check_read_size
+from gsapp.flight.read_limits import NUMBER_BYTES, check_read_size
+from gsapp.flight.readers.reader_process import ProgressCallback
 from gsapp.foundation import FlightError
 
 _HEADER = 128
@@ -24,8 +25,6 @@ _MATRIX, _COMPRESSED = 14, 15
 _OPAQUE = 17
 """Class of an array whose header has no sizes."""
 _COMPLEX = 0x800
-_NUMBER = 8
-"""Bytes of a number in the flight."""
 _DEEPEST = 32
 """Structures inside structures."""
 _CHUNK = 1 << 16
@@ -213,7 +212,7 @@ class _SizeWalk:
             _, count, short = self.tag(source)
             data = short or source.take(-(-count // 8) * 8)[:count]
             sizes = [max(one, 0) for (one,) in struct.iter_unpack(self._sizes, data)]
-            self._bytes += math.prod(sizes) * _NUMBER * (2 if flags & _COMPLEX else 1)
+            self._bytes += math.prod(sizes) * NUMBER_BYTES * (2 if flags & _COMPLEX else 1)
             check_read_size(self._path, self._bytes, self._limit)
         if flags & 0xFF > 5 and flags & 0xFF < 16:
             source.skip(end - source.position)  # numbers

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from gsapp.flight.readers.reader_process import ProgressCallback, check_read_size
+from gsapp.flight.read_limits import NUMBER_BYTES, check_read_size
+from gsapp.flight.readers.reader_process import ProgressCallback
 from gsapp.foundation import FlightError
 
 _OWN = "#"
 """Begins the names of what MATLAB keeps for itself (``#refs#``)."""
-_NUMBER = 8
-"""Bytes of a number in the flight."""
 _OBJECT = 1024
 """Bytes that any object takes, which many references may name."""
 
@@ -67,7 +66,7 @@ class _Reader:
         kind = _class_of(item)
         if item.attrs.get("MATLAB_empty", 0):
             return "" if kind == "char" else np.empty(0)
-        self._add_size(_NUMBER * (item.size or 0))
+        self._add_size(NUMBER_BYTES * (item.size or 0))
         if kind == "cell":
             return [self._value(self._root[reference]) for reference in item[()].T.reshape(-1)]
         if item.dtype.kind not in "fiub":

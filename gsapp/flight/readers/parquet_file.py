@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.readers.reader_process import ProgressCallback, check_read_size
+from gsapp.flight.read_limits import NUMBER_BYTES, check_read_size
+from gsapp.flight.readers.reader_process import ProgressCallback
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
-
-_NUMBER = 8
-"""Bytes of a number in the flight."""
 
 
 def read_parquet_content(
@@ -39,7 +37,7 @@ def read_parquet_content(
         ]
         groups = [file.metadata.row_group(index) for index in range(file.num_row_groups)]
         rows = sum(max(group.num_rows, 0) for group in groups)
-        check_read_size(path, rows * len(fields) * _NUMBER, limit)
+        check_read_size(path, rows * len(fields) * NUMBER_BYTES, limit)
         check_read_size(path, sum(max(group.total_byte_size, 0) for group in groups), limit)
         names = [field.name for field in fields]
         parts: dict[str, list[FloatArray]] = {name: [np.empty(0)] for name in names}

@@ -27,12 +27,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, Final, cast
 
+from gsapp.flight.read_limits import LIMIT_VARIABLE, MEGABYTE, read_limit
 from gsapp.flight.settings import READER_PROCESS
 from gsapp.foundation import FlightError, GroundStationError
 
-LIMIT_VARIABLE: Final = "GSAPP_READ_LIMIT_MB"
-"""Environment variable: megabytes that the numbers of one file may take."""
-_MB = 1 << 20
 _NO_WINDOW: int = getattr(subprocess, "CREATE_NO_WINDOW", 0)
 """Windows would show a console for every file."""
 _LENGTH = struct.Struct("<Q")
@@ -69,24 +67,6 @@ def observe_reading(callback: ReadingCallback) -> Iterator[None]:
         yield
     finally:
         _observer.reset(token)
-
-
-def read_limit(size: int) -> int:
-    """Return how many bytes the numbers of a file of `size` bytes may take."""
-    text = os.environ.get(LIMIT_VARIABLE, "")
-    megabytes = int(text) if text.isdecimal() and len(text) < 9 else READER_PROCESS.limit_mb
-    return max(megabytes * _MB, READER_PROCESS.size_ratio * size)
-
-
-def check_read_size(path: Path, needed: int, limit: int) -> None:
-    """Raise `FlightError` where the numbers of a file take more bytes than the limit."""
-    if needed > limit:
-        megabytes = -(-needed // _MB)
-        raise FlightError(
-            f"{path} unpacks to {megabytes:,} MB or more, which a damaged file may claim; to read "
-            f"it, set the environment variable {LIMIT_VARIABLE} to {megabytes} or more, or cut it "
-            "into several files"
-        )
 
 
 def read_in_process(reader: str, path: Path, remedy: str) -> Any:
@@ -126,8 +106,8 @@ def read_in_process(reader: str, path: Path, remedy: str) -> Any:
         raise FlightError(value.replace(str(path.absolute()), str(path)))
     if kind == "memory":
         raise FlightError(
-            f"{path} needs more memory than its size of {size / _MB:.1f} MB explains; {remedy}, or "
-            f"set the environment variable {LIMIT_VARIABLE} above {limit // _MB}"
+            f"{path} of {size / MEGABYTE:.1f} MB takes more memory than numbers of "
+            f"{limit // MEGABYTE} MB; {remedy}, or raise the environment variable {LIMIT_VARIABLE}"
         )
     if kind == "quiet":
         raise FlightError(
@@ -141,7 +121,7 @@ def read_in_process(reader: str, path: Path, remedy: str) -> Any:
 def _quiet_timeout(size: int, limit: int) -> float:
     """Return how long a reader may be without a report, s; longer where the limit was raised."""
     seconds = READER_PROCESS.quiet_timeout + size / READER_PROCESS.slow_disk_rate
-    return seconds * max(limit / (READER_PROCESS.limit_mb * _MB), 1.0)
+    return seconds * max(limit / (READER_PROCESS.limit_mb * MEGABYTE), 1.0)
 
 
 def _death(code: int) -> str:
@@ -187,7 +167,7 @@ def _receive(stream: IO[bytes], limit: int, parts: queue.SimpleQueue[Any]) -> No
 
 def _part(stream: IO[bytes], limit: int) -> bytearray:
     (length,) = _LENGTH.unpack(_exactly(stream, bytearray(_LENGTH.size)))
-    if length > 2 * limit + _MB:
+    if length > 2 * limit + MEGABYTE:
         raise ValueError
     return _exactly(stream, bytearray(length))
 
@@ -267,8 +247,8 @@ def main(reader: str, name: str, limit: int) -> None:
     stream = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     _limit_process(
-        READER_PROCESS.memory_ratio * limit + READER_PROCESS.memory_base_mb * _MB,
-        READER_PROCESS.cpu_time * max(limit / (READER_PROCESS.limit_mb * _MB), 1.0),
+        READER_PROCESS.memory_ratio * limit + READER_PROCESS.memory_base_mb * MEGABYTE,
+        READER_PROCESS.cpu_time * max(limit / (READER_PROCESS.limit_mb * MEGABYTE), 1.0),
     )
     module, function = _READERS[reader]
     try:
