@@ -66,7 +66,7 @@ def _parse_key(path: Path, content: bytes) -> bytes:
         text = content.decode().strip("\r\n")
     except UnicodeDecodeError:
         text = ""
-    if not text or "\n" in text:
+    if not text.isprintable() or not text:
         raise LinkError(
             f"{path} holds no signing key; write 32 bytes, 64 hexadecimal digits, or a passphrase "
             "in one line"

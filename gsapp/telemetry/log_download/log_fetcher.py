@@ -224,6 +224,17 @@ def _is_orphaned(place: Path, ours: Path) -> bool:
     return place.parent == ours.absolute() or (lock.is_file() and lock_holder(lock) is None)
 
 
+def _join(handle: RecorderHandle) -> RecorderLink:
+    """Use a recorder at work; raise LinkError if it sends nothing."""
+    status = handle.status()
+    if status is not None and status.listen_only:
+        raise LinkError(
+            f"the recorder of {status.link} listens only, and logs have to be asked for; stop it, "
+            "and record without listen-only"
+        )
+    return RecorderLink(handle, own=False)
+
+
 def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
     """Find the recorder that owns a link, or start one for as long as it is needed.
 
@@ -235,7 +246,7 @@ def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
     if at_work is not None:
         status = at_work.status()
         if not link or (status is not None and status.link == link):
-            return RecorderLink(at_work, own=False)
+            return _join(at_work)
     if not link:
         raise FlightError(
             f"no recorder is writing {flight}; link unknown; name it, such as "
@@ -247,7 +258,7 @@ def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
         if status is not None and status.link == link:
             if _is_orphaned(handle.folder, folder) and handle.stop():
                 continue  # it was about to end by itself
-            return RecorderLink(handle, own=False)
+            return _join(handle)
     scratch = folder / LINK_FOLDER
     with contextlib.suppress(OSError):
         shutil.rmtree(scratch)
