@@ -15,6 +15,7 @@ from calibration import shipped_certificate_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
 from gsapp.flight.flight_loader import load_flight
 from gsapp.telemetry.recorder_folder import next_free_folder, record_state
+from gsapp.telemetry.recorder_status import HEARTBEAT_END
 from ui.background_job import BackgroundJob
 from ui.commands import shortcut_text
 from ui.dialogs.connect import ConnectDialog, connection_options
@@ -138,7 +139,7 @@ class FileMenuController(QObject):
         """
         dialog = ConnectDialog(
             self._store.current, self._style, connection_options(), self._flights,
-            self._window,
+            self._window, own_folder=self._store.path.parent,
         )  # fmt: skip
         if failed is not None:
             dialog.link.text.setEditText(failed[0])
@@ -151,6 +152,8 @@ class FileMenuController(QObject):
             aircraft=request.aircraft,
             channel_map=request.channel_map,
             calibration=request.calibration,
+            listen_only=request.listen_only,
+            signing_key=request.signing_key,
         )
 
     def _ask(self, dialog: RecordingDialog) -> bool:
@@ -289,17 +292,25 @@ class FileMenuController(QObject):
 
     def end_flight(self) -> None:
         """End the recording, and review the flight once it is complete; ask before a landing."""
-        if self._landed is None and not ask_stop(
-            self._window, self._controller.name or tr("this flight")
-        ):
+        if self._landed is None and not self._may_stop():
             return
         self._review_when_ended = True
         self._controller.recorders.stop_recording()
 
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
-        if ask_stop(self._window, self._controller.name or tr("this flight")):
+        if self._may_stop():
             self._controller.recorders.stop_recording()
+
+    def _may_stop(self) -> bool:
+        """Ask whether to stop the recording, and say what the end of its heartbeats may do."""
+        session = self._controller.session
+        equipment = None if session is None else session.equipment
+        return ask_stop(
+            self._window,
+            self._controller.name or tr("this flight"),
+            tr(HEARTBEAT_END) if equipment is not None and equipment.recorder.heartbeats else "",
+        )
 
     # A flight that was
 

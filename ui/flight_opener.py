@@ -192,9 +192,13 @@ class FlightOpener(QObject):
         except GroundStationError as error:
             self._error_reporter.report(error)
         if request.system is not None:
-            EventLog(events_path(folder.path)).append(vehicle_event(request.system))
+            chosen = vehicle_event(request.system, request.address)
+            EventLog(events_path(folder.path)).append(chosen)
         progress(None, tr("starting the recorder"))
-        begun.recorder = start_recorder(request.link, request.folder)
+        begun.recorder = start_recorder(
+            request.link, request.folder, heartbeat=request.heartbeat,
+            listen_only=request.listen_only, signing_key=request.signing_key,
+        )  # fmt: skip
 
     def connect_link(
         self,
@@ -220,6 +224,8 @@ class FlightOpener(QObject):
                 channel_map=channel_map or kind_of(address).channel_map or settings.channel_map,
                 aircraft=aircraft or settings.aircraft,
                 calibration=settings.calibration,
+                listen_only=settings.listen_only,
+                signing_key=settings.signing_key,
             ),
             refused=refused,
         )

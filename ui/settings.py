@@ -55,6 +55,8 @@ class Settings(StrictModel):
     aircraft: str = "b777"
     channel_map: str = "b777"
     calibration: str = "b777"
+    listen_only: bool = False  # Whether a recording sends nothing.
+    signing_key: str = ""  # Path of the key file of MAVLink signatures; the key is in no setting.
     # Name of the layout on screen; the layouts themselves are files beside this one.
     layout: str = "Overview"
     span: float = Field(default=60.0, gt=0.0)  # Seconds in sight.

@@ -49,7 +49,7 @@ def record(
         rollback_on_failure,
     )
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
-    from gsapp.telemetry.recorder_status import heartbeat_end_text
+    from gsapp.telemetry.recorder_status import HEARTBEAT_END
     from gsapp.telemetry.recording_settings import RecordingSettings
 
     console = PlainConsole(stderr=is_stdout(json))
@@ -96,7 +96,7 @@ def record(
         f"{seconds:.0f} s{where}."
     )
     if status.heartbeats:
-        say(heartbeat_end_text())
+        say(HEARTBEAT_END)
     write_json(json, status.model_dump(mode="json"))
     if status.dropped_bytes:
         raise GroundStationError(

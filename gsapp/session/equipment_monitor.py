@@ -60,6 +60,8 @@ class RecorderSummary:
     source_state: str = ""
     """How the link fares, in its words."""
     received_bytes: int = 0
+    heartbeats: int = 0
+    """Sent so far."""
     byte_rate: float = 0.0
     growing: bool = False
     """Whether what was written grew since the look before."""
@@ -298,6 +300,7 @@ class EquipmentMonitor:
             link=status.link,
             source_state=status.source_state if running else "",
             received_bytes=status.received_bytes,
+            heartbeats=status.heartbeats,
             byte_rate=status.byte_rate if running else 0.0,
             growing=running and growing,
             remarks=(*wrong, *ahead, *status.warnings, *status.notes),

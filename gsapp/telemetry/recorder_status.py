@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.errors import DISK_FULL_ERRNOS
 from gsapp.foundation.files import move_into_place
+from gsapp.foundation.translation import QT_TR_NOOP
 from gsapp.telemetry.settings import TELEMETRY
 
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
@@ -76,12 +77,11 @@ class RecorderStatus(BaseModel):
     computer's clock adds it to that."""
 
 
-def heartbeat_end_text() -> str:
-    """Return what the end of a recording that sent heartbeats may do to an aircraft that flies."""
-    return (
-        "The heartbeats of this ground station end with the recording: an autopilot with its "
-        "ground-station failsafe on (FS_GCS_ENABL, NAV_DLL_ACT) may fly home or land."
-    )
+HEARTBEAT_END: Final = QT_TR_NOOP(
+    "The heartbeats of this ground station end with the recording: an autopilot with its "
+    "ground-station failsafe on (FS_GCS_ENABL, NAV_DLL_ACT) may fly home or land."
+)
+"""What the end of a recording that sent heartbeats may do to an aircraft that flies."""
 
 
 def runtime_folder() -> Path:

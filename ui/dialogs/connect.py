@@ -7,11 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QHBoxLayout,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from calibration import shipped_certificate_sets
 from gsapp.aircraft.aircraft_loader import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
+from gsapp.decoding.health import LinkReport
+from gsapp.decoding.sender_filter import host_of
 from gsapp.foundation import LinkError
 from gsapp.foundation.settings import setting_info
 from gsapp.telemetry.link_diagnosis import LinkTest
@@ -22,9 +31,10 @@ from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.dialogs.link_field import LinkField, named_serial_ports
-from ui.dialogs.mavlink_inspector import describe_vehicle
+from ui.dialogs.mavlink_inspector import describe_rejected, describe_vehicle
+from ui.dialogs.signing_key_field import SigningKeyField
 from ui.display_style import DisplayStyle
-from ui.settings import Settings
+from ui.settings import Settings, settings_path
 from ui.translation import tr
 from ui.widgets.flow_layout import arrange
 
@@ -89,6 +99,7 @@ class LinkTestField(QWidget):
         super().__init__()
         self._link = ""
         self._test: LinkTest | None = None
+        self._listen_only = False
         column = arrange(QVBoxLayout(self), style.px(8))
         row = QHBoxLayout()
         row.setSpacing(style.px(8))
@@ -115,10 +126,18 @@ class LinkTestField(QWidget):
         self.setFocusProxy(self.systems)
 
     @property
-    def system(self) -> int | None:
-        """Return the system chosen; None for the first autopilot heard."""
+    def system(self) -> tuple[int | None, str]:
+        """Return the system chosen and its network address; None for the first autopilot heard."""
         chosen = self.systems.currentData()
-        return None if chosen is None else int(chosen)
+        if chosen is None:
+            return None, ""
+        system, _, address = str(chosen).partition(" ")
+        return int(system), address
+
+    def set_listen_only(self, listen_only: bool) -> None:
+        """Send nothing while testing; a test that runs ends, since it may have sent."""
+        self.stop()
+        self._listen_only = listen_only
 
     def set_link(self, link: str) -> None:
         """Offer to test a link; empty for none. What was heard on another is void."""
@@ -143,7 +162,7 @@ class LinkTestField(QWidget):
         if self._test is not None:
             self.stop()
             return
-        self._test = LinkTest(self._link)
+        self._test = LinkTest(self._link, listen_only=self._listen_only)
         self.button.setText(tr("Stop test"))
         self.message.set_message(tr("Listening…"))
         self._timer.start()
@@ -153,13 +172,7 @@ class LinkTestField(QWidget):
         if test is None:
             return
         report, diagnosis = test.report(), test.diagnosis()
-        for vehicle in report.vehicles:
-            if self.systems.findData(vehicle.system) < 0:
-                self.systems.addItem(
-                    tr("System {system}").format(system=vehicle.system), vehicle.system
-                )
-            at = self.systems.findData(vehicle.system)
-            self.systems.setItemText(at, describe_vehicle(vehicle, live=True))
+        self._list_systems(report)
         if diagnosis is None and report.vehicles:
             heard = ", ".join(
                 tr("system {system}").format(system=vehicle.system) for vehicle in report.vehicles
@@ -175,6 +188,19 @@ class LinkTestField(QWidget):
         if test.open_error:
             self.stop()
 
+    def _list_systems(self, report: LinkReport) -> None:
+        found = [
+            (f"{one.system} {host_of(one.address)}", describe_vehicle(one, live=True))
+            for one in report.vehicles
+        ] + [
+            (f"{one.system} {one.address}", describe_rejected(one))
+            for one in report.rejected_vehicles
+        ]
+        for key, text in found:
+            if self.systems.findData(key) < 0:
+                self.systems.addItem(text, key)
+            self.systems.setItemText(self.systems.findData(key), text)
+
 
 class ConnectDialog(RecordingDialog):
     """Asks for everything needed to record and show an aircraft."""
@@ -186,6 +212,8 @@ class ConnectDialog(RecordingDialog):
         choices: ConnectionOptions,
         flights: Path,
         parent: QWidget | None = None,
+        *,
+        own_folder: Path | None = None,
     ) -> None:
         super().__init__(
             tr("Connect an aircraft"),
@@ -201,12 +229,22 @@ class ConnectDialog(RecordingDialog):
         self.add_row(tr("Link"), self.link)
         self.test = LinkTestField(style)
         self.add_row(tr("Flown system"), self.test)
+        self.listen_only = QCheckBox(tr("Send nothing: no heartbeat, no log request"))
+        self.listen_only.setChecked(settings.listen_only)
+        self.listen_only.toggled.connect(self.test.set_listen_only)
+        self.test.set_listen_only(settings.listen_only)
+        self.add_row(tr(RecordingSettings.title_of("listen_only")), self.listen_only)
+        # A key is in no file that is shared: neither in the settings nor in a flight.
+        folder = own_folder or settings_path().parent
+        self.signing_key = SigningKeyField(settings.signing_key, folder, style)
+        self.add_row(tr(RecordingSettings.title_of("signing_key")), self.signing_key)
         self.fields = add_recording_fields(self, choices, settings)
         self.add_folder_field(flights)
         self._own_map = ""
         self._usual_map = settings.channel_map
         self.finished.connect(self.test.stop)
         self.link.changed.connect(self._link_changed)
+        self.signing_key.changed.connect(self._validate)
         self._link_changed()
         self.fit_to_content()
 
@@ -219,7 +257,8 @@ class ConnectDialog(RecordingDialog):
 
     @property
     def is_valid(self) -> bool:
-        return self.link.input_check.is_valid and super().is_valid
+        fields = (self.link, self.signing_key)
+        return all(one.input_check.is_valid for one in fields) and super().is_valid
 
     def accept(self) -> None:
         self.test.stop()
@@ -232,10 +271,14 @@ class ConnectDialog(RecordingDialog):
 
     @property
     def request(self) -> ConnectRequest:
+        system, address = self.test.system
         return ConnectRequest(
             link=self.link.value,
             folder=self.folder_field.folder,
-            system=self.test.system,
+            system=system,
+            address=address,
+            listen_only=self.listen_only.isChecked(),
+            signing_key=self.signing_key.value,
             title=self.folder_field.title.text().strip(),
             **{name: field.value for name, field in self.fields.items()},
         )

@@ -280,13 +280,13 @@ def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
     return None if clicked not in (new, append) else clicked is append
 
 
-def ask_stop(parent: QWidget, what: str) -> bool:
-    """Ask whether to stop the recording now; going on is the default."""
+def ask_stop(parent: QWidget, what: str, caution: str = "") -> bool:
+    """Ask whether to stop the recording now, with a caution if any; going on is the default."""
     box = create_message_box(
         parent,
         tr("Stop recording"),
         tr("Stop recording {what}?").format(what=what),
-        tr("Everything recorded so far is kept."),
+        "\n\n".join(filter(None, (caution, tr("Everything recorded so far is kept.")))),
     )
     stop = box.addButton(tr("Stop recording"), QMessageBox.ButtonRole.DestructiveRole)
     go_on = box.addButton(tr("Keep recording"), QMessageBox.ButtonRole.RejectRole)

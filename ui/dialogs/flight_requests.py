@@ -46,6 +46,7 @@ class ConnectRequest(RecordingSettings):
     folder: Path  # Flight folder to record into.
     # The flown MAVLink system; None for that of the map, or the first autopilot heard.
     system: int | None = None
+    address: str = ""  # Network address that it sends from; empty for that of its first heartbeat.
     title: str = ""  # What the crew calls the flight; empty for the name of its folder.
 
 
