@@ -39,6 +39,7 @@ def atomic_flight_folder(folder: Path | str) -> Iterator[Path]:
     made = target
     try:
         with files.atomic_folder(target) as made:
+            made.chmod(made.stat().st_mode & files.GROUP_FOLDER_MODE)
             yield made
     except (OSError, FlightError) as error:
         refused = error if isinstance(error, OSError) else error.__cause__

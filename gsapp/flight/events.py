@@ -22,7 +22,7 @@ from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.foundation import FlightError
 from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import exclusive_lock
-from gsapp.foundation.files import flush_to_disk
+from gsapp.foundation.files import GROUP_FILE_MODE, flush_to_disk
 
 if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice
@@ -328,7 +328,7 @@ def _parse(data: bytes) -> tuple[list[Event], int]:
 
 def _append_line(path: Path, line: bytes) -> None:
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-    handle = os.open(path, flags, 0o644)
+    handle = os.open(path, flags, GROUP_FILE_MODE)
     try:
         with exclusive_lock(handle):
             end = os.lseek(handle, 0, os.SEEK_END)

@@ -51,7 +51,13 @@ from gsapp.flight.file_names import (
 from gsapp.flight.info import FlightInfo, current_versions, local_timestamp
 from gsapp.foundation import FlightError, GroundStationError, read_toml
 from gsapp.foundation.errors import format_os_error
-from gsapp.foundation.files import is_system_file, list_files, list_names, path_lexists
+from gsapp.foundation.files import (
+    is_system_file,
+    list_files,
+    list_names,
+    make_group_folder,
+    path_lexists,
+)
 from gsapp.foundation.toml import validate_content
 
 _FLIGHT_FILES = (
@@ -93,7 +99,7 @@ class FlightFolder:
                     "the flight"
                 )
         try:
-            folder.path.mkdir(parents=True, exist_ok=True)
+            make_group_folder(folder.path)
         except OSError as error:
             what = f"the flight folder {folder.path}"
             raise FlightError(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import stat
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.foundation.errors import FlightError
+from gsapp.foundation.files import GROUP_FILE_MODE
 
 if sys.platform == "win32":
     import msvcrt
@@ -25,11 +27,25 @@ _PROBE_COUNT = 4
 _PAUSE = 0.003
 """Seconds between two tries to get a lock that somebody holds for an instant."""
 _PATIENCE = 10.0
-"""Seconds that Windows is asked for a file before it is given up, as its own waiting does."""
+"""Seconds for which a file that another process writes is waited for."""
+
+
+def _close_to_readers(descriptor: int) -> None:
+    """Let only those open a lock file who may write it: opening it is enough to hold the lock."""
+    if sys.platform == "win32":
+        return
+    mode = stat.S_IMODE(os.fstat(descriptor).st_mode)
+    writers = mode & 0o222
+    if mode & 0o444 != writers << 1:
+        # That of another user is used as it is: only its owner can change its rights.
+        with contextlib.suppress(PermissionError):
+            os.fchmod(descriptor, writers | writers << 1)
 
 
 class FileLock:
     """Hold a lock on a file; the file tells the process id of the holder.
+
+    Users who may only read there can neither hold the lock nor look at it.
 
     It stays when the lock is released: removing it would let two in.
     """
@@ -44,8 +60,9 @@ class FileLock:
         It is tried for some seconds: somebody may be looking whether it is held. Raise OSError if
         the file cannot be written, FlightError if it lies where there are no locks.
         """
-        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, GROUP_FILE_MODE)
         try:
+            _close_to_readers(descriptor)
             if self._wait(descriptor, time.monotonic() + patience):
                 os.ftruncate(descriptor, 0)
                 os.lseek(descriptor, 0, os.SEEK_SET)
@@ -161,9 +178,16 @@ else:
 
     @contextlib.contextmanager
     def exclusive_lock(descriptor: int) -> Iterator[None]:
-        """Hold an open file alone among the processes that ask for it, waiting for it."""
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        """Hold an open file alone among the processes that ask for it, waiting for it.
+
+        Those who may only read the file can hold the lock too, for as long as they like: after a
+        while the file is written all the same.
+        """
+        deadline = time.monotonic() + _PATIENCE
+        while not (held := _lock(descriptor, shared=False)) and time.monotonic() < deadline:
+            time.sleep(_PAUSE)
         try:
             yield
         finally:
-            _unlock(descriptor)
+            if held:
+                _unlock(descriptor)

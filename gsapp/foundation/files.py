@@ -24,6 +24,10 @@ if sys.platform != "win32":
 
     _FULL_FSYNC = getattr(fcntl, "F_FULLFSYNC", None)
 
+GROUP_FILE_MODE = 0o660
+GROUP_FOLDER_MODE = 0o770
+"""Rights of what a crew shares, before the user's mask: flights are nothing for everyone."""
+
 _PATIENCE = 1.0
 """Seconds for which what others have open is tried to be renamed on Windows."""
 _PAUSE = 0.01
@@ -52,6 +56,16 @@ def path_lexists(path: Path | str) -> bool:
     except (FileNotFoundError, NotADirectoryError):
         return False
     return True
+
+
+def make_group_folder(path: Path) -> None:
+    """Make a folder that user and group may enter, as far as the user's mask lets them.
+
+    One that is there keeps its rights; missing parents get the usual ones. Raise OSError if the
+    disk refuses.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.mkdir(mode=GROUP_FOLDER_MODE, exist_ok=True)
 
 
 FileStamp = tuple[int, int, int]

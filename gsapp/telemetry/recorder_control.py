@@ -14,6 +14,7 @@ from pathlib import Path
 from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import lock_holder
+from gsapp.foundation.files import GROUP_FILE_MODE, make_group_folder
 from gsapp.foundation.process_control import start_detached_process
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
@@ -106,7 +107,7 @@ def start_recorder(
     if while_held is not None:
         command.append(f"--while-held={while_held.absolute()}")
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        make_group_folder(path)
         child, log_start = _spawn(command, path / LOG_FILE)
     except OSError as error:
         raise LinkError(
@@ -133,7 +134,8 @@ def start_recorder(
 
 
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
-    with log.open("ab") as text:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+    with open(os.open(log, flags, GROUP_FILE_MODE), "ab") as text:  # noqa: PTH123 - a descriptor
         start = text.tell()
         child = start_detached_process(command, text)
     return child, start

@@ -14,6 +14,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import FileLock, lock_holder
+from gsapp.foundation.files import make_group_folder
 from gsapp.telemetry.recorder_status import (
     RecorderStatus,
     read_status,
@@ -120,7 +121,7 @@ class RecordingClaim:
 
 def _lock(place: Path) -> FileLock:
     try:
-        place.mkdir(parents=True, exist_ok=True)
+        make_group_folder(place)
         lock = FileLock(place / LOCK_FILE)
         held = lock.acquire()
     except OSError as error:

@@ -33,7 +33,7 @@ from gsapp.telemetry.recorder_folder import (
     claim_replacement_folder,
     runtime_status_path,
 )
-from gsapp.telemetry.recorder_status import RecorderStatus, write_status
+from gsapp.telemetry.recorder_status import RecorderStatus, runtime_folder_note, write_status
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import read_signing_key
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
@@ -85,6 +85,8 @@ def record_link(
     files = FolderFileCache()
     try:
         writer = RawWriter(claims[0].folder)
+        if note := runtime_folder_note():
+            writer.state.notes.append(note)
         clock = HostClock(after_us=writer.last_stamp)
         source = open_source(address, clock=clock, **options)
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import stat
 import sys
 import tempfile
 import warnings
+from functools import cache
 from pathlib import Path
 from typing import Final, Literal
 
@@ -14,7 +17,7 @@ import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.errors import DISK_FULL_ERRNOS
-from gsapp.foundation.files import move_into_place
+from gsapp.foundation.files import GROUP_FILE_MODE, move_into_place
 from gsapp.foundation.translation import QT_TR_NOOP
 from gsapp.telemetry.settings import TELEMETRY
 
@@ -87,36 +90,79 @@ HEARTBEAT_END: Final = QT_TR_NOOP(
 def runtime_folder() -> Path:
     """Return the folder in which running recorders leave a note for windows to find.
 
-    The environment variable ``GSAPP_RUNTIME_FOLDER`` names another.
+    The environment variable ``GSAPP_RUNTIME_FOLDER`` names another. Where others could write there,
+    the user's own folder for the state of programs takes its place.
     """
-    given = os.environ.get(RUNTIME_VARIABLE)
-    if given:
-        folder = Path(given)
-    else:
-        with warnings.catch_warnings():
-            # Where the session names no folder, or one that others may enter, platformdirs takes
-            # another, always the same; nobody has to do anything about it.
-            warnings.filterwarnings("ignore", message="XDG_RUNTIME_DIR", category=UserWarning)
-            folder = Path(platformdirs.user_runtime_dir("gsapp"))
+    return _find_runtime_folder()[0]
+
+
+def runtime_folder_note() -> str:
+    """Return why the usual runtime folder is not used, in words; empty where it is."""
+    return _find_runtime_folder()[1]
+
+
+def _find_runtime_folder() -> tuple[Path, str]:
+    usual = _usual_runtime_folder() / "recorders"
     try:
-        return _private(folder / "recorders")
-    except OSError:
+        return _make_private(usual), ""
+    except OSError as error:
         # A note is no reason not to record.
-        return _private(Path(tempfile.gettempdir()) / f"gsapp-{_user()}" / "recorders")
+        why = error.strerror or str(error)
+    other = Path(platformdirs.user_state_dir("gsapp", appauthor=False)) / "recorders"
+    try:
+        folder = _make_private(other)
+    except OSError:
+        folder = _last_resort()
+    return folder, (
+        f"The runtime folder {usual} is not used: {why}. Windows find this recording by its note "
+        f"in {folder}."
+    )
 
 
-def _user() -> int:
-    if sys.platform == "win32":
-        return 0  # every user has temporary folders there
-    return os.getuid()
+def _usual_runtime_folder() -> Path:
+    if given := os.environ.get(RUNTIME_VARIABLE):
+        return Path(given).absolute()
+    with warnings.catch_warnings():
+        # Where the session names no folder, or one that others may enter, platformdirs takes
+        # another, always the same; nobody has to do anything about it.
+        warnings.filterwarnings("ignore", message="XDG_RUNTIME_DIR", category=UserWarning)
+        return Path(platformdirs.user_runtime_dir("gsapp"))
 
 
-def _private(folder: Path) -> Path:
-    """Make a folder that this user may write, if it is not there yet."""
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+@cache
+def _last_resort() -> Path:
+    """Return a folder of this process alone: it records, though no window finds it."""
+    return Path(tempfile.mkdtemp(prefix="gsapp-"))
+
+
+def _make_private(folder: Path) -> Path:
+    """Make a folder that nobody but this user may write, nor exchange, if it is not there yet.
+
+    Raise OSError if others could: a note planted there would pass for a recorder of this user.
+    """
+    for path in reversed((folder, *folder.parents)):
+        with contextlib.suppress(FileExistsError):
+            path.mkdir(mode=0o700)
+        if sys.platform != "win32":  # where every user has folders of his own
+            _check_private(path, is_last=path == folder)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(f"{folder} may not be written")
+        raise PermissionError(errno.EACCES, "it may not be written", str(folder))
     return folder
+
+
+def _check_private(path: Path, *, is_last: bool) -> None:
+    found = path.lstat()
+    if stat.S_ISLNK(found.st_mode) and not is_last:
+        found = path.stat()  # as /tmp of macOS; a link is exchanged only in a folder of others
+    if not stat.S_ISDIR(found.st_mode):
+        raise NotADirectoryError(errno.ENOTDIR, f"{path} is no folder", str(path))
+    owners = (os.getuid(),) if is_last else (os.getuid(), 0)
+    if found.st_uid not in owners:
+        raise PermissionError(errno.EPERM, f"{path} belongs to another user", str(path))
+    open_to_others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    # In a sticky folder, such as /tmp, nobody exchanges what belongs to another.
+    if open_to_others and (is_last or not found.st_mode & stat.S_ISVTX):
+        raise PermissionError(errno.EPERM, f"other users may write {path}", str(path))
 
 
 def write_status(path: Path, status: RecorderStatus) -> bool:
@@ -128,6 +174,7 @@ def write_status(path: Path, status: RecorderStatus) -> bool:
     temporary = path.with_name(f".{path.name}.{status.pid}")
     content = status.model_dump_json(indent=1).encode("utf-8")
     try:
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT, GROUP_FILE_MODE))
         temporary.write_bytes(content)
         move_into_place(temporary, path, patience=TELEMETRY.status_wait)
     except OSError as error:

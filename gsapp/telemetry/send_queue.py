@@ -16,6 +16,7 @@ from typing import Any, Final
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
+from gsapp.foundation.files import GROUP_FILE_MODE
 from gsapp.telemetry.signing import SignatureVerifier, signature_time
 
 LOG_REQUEST_LIST: Final = 117
@@ -42,7 +43,7 @@ def request_send(folder: Path, frame: bytes) -> None:
     descriptor = os.open(
         folder / SEND_FILE,
         os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0),
-        0o644,
+        GROUP_FILE_MODE,
     )
     try:
         os.write(descriptor, STAMP_STRUCT.pack(time.time_ns() // 1000) + frame)

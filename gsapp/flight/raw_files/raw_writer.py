@@ -28,7 +28,7 @@ from gsapp.flight.raw_files.record_files import (
 )
 from gsapp.foundation import FlightError
 from gsapp.foundation.errors import DISK_FULL_ERRNOS, format_os_error
-from gsapp.foundation.files import flush_to_disk
+from gsapp.foundation.files import GROUP_FILE_MODE, flush_to_disk, make_group_folder
 
 _FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))
@@ -105,7 +105,7 @@ class RawWriter:
         self._waiting: deque[_Pending] = deque()
         self._closing = threading.Lock()
         try:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            make_group_folder(self.folder)
             for name in _WRITTEN_FILES:
                 end = find_file_end(self.folder / name)
                 self.last_stamp = max(self.last_stamp, end.last_stamp)
@@ -191,7 +191,9 @@ class RawWriter:
         whole = True
         try:
             for name in sorted(self._made):
-                target = targets[name] = os.open(folder / name, _FLAGS | os.O_CREAT, 0o644)
+                target = targets[name] = os.open(
+                    folder / name, _FLAGS | os.O_CREAT, GROUP_FILE_MODE
+                )
                 source = self._descriptors.get(name)
                 whole = source is not None and _copy(source, target) and whole
         except OSError:
@@ -303,7 +305,7 @@ class RawWriter:
             if descriptor is None:
                 # One that is missing was removed: what it held must not be forgotten.
                 create = 0 if pending.name in self._made else os.O_CREAT
-                descriptor = os.open(path, _FLAGS | create, 0o644)
+                descriptor = os.open(path, _FLAGS | create, GROUP_FILE_MODE)
                 self._descriptors[pending.name] = descriptor
                 self._made.add(pending.name)
             while pending.data:
