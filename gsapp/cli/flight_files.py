@@ -155,6 +155,9 @@ def onboard(
     fetch: Annotated[
         bool, typer.Option("--fetch", help="Download over the link that records FLIGHT")
     ] = False,
+    signing_key: Annotated[
+        str, typer.Option(metavar="FILE", help="MAVLink signing key, for --link")
+    ] = "",
     number: Annotated[
         int | None,
         typer.Option(
@@ -191,11 +194,13 @@ def onboard(
     chosen = [log is not None, link is not None or fetch, use is not None]
     if sum(chosen) > 1:
         raise typer.BadParameter("give one of --log, --link or --fetch, --use")
+    if signing_key and link is None:
+        raise typer.BadParameter("--signing-key goes with --link")
     if (number is not None or list_) and not chosen[1]:
         raise typer.BadParameter("--number and --list go with --link or --fetch")
     console = PlainConsole(stderr=is_stdout(json))
     if chosen[1]:
-        _fetch_log(console, flight, link or "", number, list_, json)
+        _fetch_log(console, flight, link or "", signing_key, number, list_, json)
         return
     former, remark = None, ""
     with console.status(f"reading {flight}"):
@@ -213,6 +218,7 @@ def _fetch_log(
     console: PlainConsole,
     flight: Path,
     link: str,
+    signing_key: str,
     number: int | None,
     listing: bool,
     json: Path | None,
@@ -226,7 +232,10 @@ def _fetch_log(
     if link:
         with as_usage_error():
             parse_log_link(link)
-    with _download_progress(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
+    with (
+        _download_progress(console) as tell,
+        LogFetcher(flight, link, signing_key=signing_key, tell=tell) as fetcher,
+    ):
         if listing:
             entries = fetcher.list_logs()
             fetched = None

@@ -34,6 +34,11 @@ def frame_message_id(frame: bytes) -> int:
     return frame[5]
 
 
+def frame_system(frame: bytes) -> int:
+    """Return the system that a whole MAVLink frame names as its sender."""
+    return frame[5] if frame[0] == _MAGIC_2 else frame[3]
+
+
 def request_send(folder: Path, frame: bytes) -> None:
     """Ask the recorder of a flight folder to send a frame.
 

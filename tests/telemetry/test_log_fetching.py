@@ -279,6 +279,42 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
     assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / LOG_DATA_BYTES
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of this computer")
+@pytest.mark.usefixtures("own_runtime")
+def test_a_stranger_puts_no_byte_into_a_log(autopilot, tmp_path, patience):
+    """It answers every request as the autopilot does, with bytes of its own."""
+    folder = FlightFolder.create(tmp_path / "flight")
+    recorder = start_recorder(autopilot.link, folder.path)
+    over = threading.Event()
+    names = dialect()
+    packer = names.MAVLink(None, srcSystem=3, srcComponent=1)
+    port = int(autopilot.link.rpartition(":")[2])
+
+    def forge() -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            stranger.bind(("127.0.0.2", 0))
+            offset = 0
+            while not over.wait(0.001):
+                for message in (
+                    names.MAVLink_log_entry_message(NUMBER, 2, NUMBER, BEGUN, 200_000),
+                    names.MAVLink_log_data_message(NUMBER, offset, LOG_DATA_BYTES, b"\xff" * 90),
+                ):
+                    stranger.sendto(bytes(message.pack(packer)), ("127.0.0.1", port))
+                offset = (offset + LOG_DATA_BYTES) % 200_000
+
+    patience(lambda: folder.tlog_file.exists() and folder.tlog_file.stat().st_size > 100)
+    forger = threading.Thread(target=forge)
+    forger.start()
+    try:
+        with LogFetcher(folder.path) as fetcher:
+            fetched = fetcher.fetch(fetcher.select(NUMBER))
+        assert fetched.path.read_bytes() == autopilot.log.read_bytes()
+    finally:
+        over.set()
+        forger.join()
+        recorder.stop()
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("own_runtime")
 def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, patience):

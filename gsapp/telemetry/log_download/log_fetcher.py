@@ -14,9 +14,14 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from gsapp.flight.file_names import FRAMES_FILE
+from gsapp.decoding.health import LinkHealth
+from gsapp.decoding.notices import NoticeLog
+from gsapp.decoding.sender_filter import SenderFilter
+from gsapp.flight.events import events_path, read_selected_system
+from gsapp.flight.file_names import FRAMES_FILE, SENDERS_FILE
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw_files import FrameFile, read_tlog
+from gsapp.flight.raw_files.record_files import SendersFile
 from gsapp.foundation import FlightError, LinkError, write_atomically
 from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.file_lock import FileLock, lock_holder
@@ -35,7 +40,7 @@ from gsapp.telemetry.recorder_control import (
     find_recorders,
     start_recorder,
 )
-from gsapp.telemetry.send_queue import request_send
+from gsapp.telemetry.send_queue import frame_system, request_send
 from gsapp.telemetry.settings import TELEMETRY
 
 _MAGICS = ((b"\xa3\x95", ".bin"), (b"ULog\x01\x12\x35", ".ulg"))
@@ -153,13 +158,25 @@ LINK_FOLDER: Final = "line"
 class RecorderLink:
     """Hear what a running recorder records from now on, and ask it to send.
 
+    Only the flown system is heard, and only from where it is taken from in the flight: a stranger
+    on the network would have its bytes in the log.
+
     One's `own` was started for this alone: it is then stopped, and its record thrown away.
     """
 
     def __init__(self, handle: RecorderHandle, *, own: bool) -> None:
         self._handle = handle
         self._own = own
+        self._system, address = read_selected_system(events_path(handle.folder))
+        self._health = LinkHealth()
+        self._filter = SenderFilter(
+            self._health, NoticeLog(lambda _stamp: None), self._system, address
+        )
+        self._senders = SendersFile(handle.folder / SENDERS_FILE)
+        # Each system is where its first heartbeat was, in the flight as here.
         self._file = FrameFile(handle.folder / FRAMES_FILE)
+        self._file.read(self._file.size(), blocks=1)
+        self._take_accepted()
         size = self._file.size()
         self._file.seek_end(size)
         self._file.read(size)
@@ -173,14 +190,21 @@ class RecorderLink:
         size = self._file.size()
         if size > self._file.position:
             self._file.read(size)
-        frames = [record.data for record in self._file.records]
-        self._file.records.clear()
+        frames = self._take_accepted()
         if not frames and not self._handle.is_alive():
             raise LinkError(
                 f"the recorder in {self._handle.folder} has ended; start again: the download "
                 "resumes"
             )
         return frames
+
+    def _take_accepted(self) -> list[bytes]:
+        labeled = self._senders.label(list(self._file.records))
+        self._file.records.clear()
+        frames = [record.data for record in self._filter.feed(labeled)]
+        # The first that was pinned, where the crew chose none; none over a link without addresses.
+        flown = self._system or next(iter(self._health.addresses), None)
+        return [frame for frame in frames if flown in (None, frame_system(frame))]
 
     def send(self, frame: bytes) -> None:
         """Have a frame sent.
@@ -235,7 +259,9 @@ def _join(handle: RecorderHandle) -> RecorderLink:
     return RecorderLink(handle, own=False)
 
 
-def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
+def open_recorder_link(
+    link: str, flight: Path, folder: Path, signing_key: str = ""
+) -> RecorderLink:
     """Find the recorder that owns a link, or start one for as long as it is needed.
 
     An empty link is that of the recorder at work on the flight. A recorder that is started records
@@ -264,7 +290,9 @@ def open_recorder_link(link: str, flight: Path, folder: Path) -> RecorderLink:
         shutil.rmtree(scratch)
     # Many autopilots speak only to who gives a sign of life. A download that is killed takes its
     # recorder with it, so that the link is free.
-    handle = start_recorder(link, scratch, heartbeat=True, while_held=folder / DOWNLOAD_LOCK)
+    handle = start_recorder(
+        link, scratch, heartbeat=True, signing_key=signing_key, while_held=folder / DOWNLOAD_LOCK
+    )
     return RecorderLink(handle, own=True)
 
 
@@ -293,6 +321,8 @@ class LogFetcher:
     ----------
     link : str
         The LINK; empty for that of the recorder at work on the flight.
+    signing_key : str
+        File of the MAVLink signing key, for a link that no recorder owns; empty for none.
     stop : threading.Event, optional
         Set it, from any thread, to end what is going on.
     tell : callable
@@ -304,6 +334,7 @@ class LogFetcher:
         flight: Path | str,
         link: str = "",
         *,
+        signing_key: str = "",
         stop: threading.Event | None = None,
         tell: Callable[[DownloadState], None] = lambda _: None,
     ) -> None:
@@ -316,7 +347,9 @@ class LogFetcher:
         self._conversation = LogDownloadProtocol(self._keep)
         self._lock = self._locked()
         try:
-            self._line = open_recorder_link(link, self._flight.path.absolute(), self._scratch)
+            self._line = open_recorder_link(
+                link, self._flight.path.absolute(), self._scratch, signing_key
+            )
         except BaseException:
             self._lock.release()
             raise
