@@ -218,7 +218,7 @@ class SettingsStore:
             content = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             return Settings()
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             log.warning("settings not used: %s: %s", self.path, error)
             kept = self._back_up_file(shutil.move)
             self.error_text = tr(
@@ -251,7 +251,7 @@ class SettingsStore:
         """Return what stands in the file, or `values` where nothing can be read there."""
         try:
             content = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return values
         return _drop_invalid_values(content)[0].model_dump()
 

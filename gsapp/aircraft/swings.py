@@ -28,7 +28,7 @@ from gsapp.aircraft.ground_tests import (
     MeasuredValue,
     MeasuredWeight,
 )
-from gsapp.foundation import StrictModel, read_toml
+from gsapp.foundation import FlightError, StrictModel, read_toml
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume
 
@@ -152,15 +152,23 @@ class _Timing(StrictModel):
     @field_validator("times", "cradle_times")
     @classmethod
     def _positive(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        if (not value and info.field_name == "times") or any(one <= 0.0 for one in value):
-            raise ValueError('must hold times greater than zero; write ["22.31 s", "22.28 s"]')
+        least, most = GROUND_TESTS.time_range
+        if (not value and info.field_name == "times") or any(
+            not least <= one <= most for one in value
+        ):
+            raise ValueError(
+                f'must hold times from {least:g} s to {most:,.0f} s; write ["22.31 s", "22.28 s"]'
+            )
         return value
 
     @field_validator("cycles", "cradle_cycles")
     @classmethod
     def _whole(cls, value: int | None) -> int | None:
-        if value is not None and value < 1:
-            raise ValueError("must be at least 1; write how many whole swings each time covers")
+        if value is not None and not 1 <= value <= GROUND_TESTS.max_cycles:
+            raise ValueError(
+                f"must be 1 to {GROUND_TESTS.max_cycles}; write how many whole swings each time "
+                "covers"
+            )
         return value
 
     @field_validator("damping", "cradle_damping")
@@ -232,6 +240,8 @@ class BifilarSwings(_Timing):
                 "the wires are not described; give wire_length, first_distance and "
                 "second_distance, or height, upper_spacing and lower_spacing"
             )
+        if any(one is None or one.value <= 0.0 for one in whole[0]):
+            raise ValueError("lengths and distances of the wires must be greater than zero")
         return self
 
 
@@ -327,6 +337,8 @@ def compute_inertia(swings: Swings) -> InertiaResult:
     parts = _parts(swings, values)
     names = list(_inertias(swings, parts, values))
     base = np.array(list(_inertias(swings, parts, values).values()))
+    if not np.isfinite(base).all():
+        raise FlightError("these swings give no finite inertia; correct amplitudes and air density")
     variance = np.zeros((len(quantities), base.size))
     for row, (name, one) in enumerate(quantities.items()):
         if one.std > 0.0:

@@ -192,7 +192,7 @@ class FlightFolder:
         try:
             text = self.info_file.read_text(encoding="utf-8") if self.info_file.exists() else ""
             document = tomlkit.parse(text)
-        except (OSError, UnicodeDecodeError, TOMLKitError):
+        except (OSError, ValueError, RecursionError, TOMLKitError):
             read_toml(self.info_file, FlightInfo)  # says what is wrong, and where
             raise
         for key, value in changes.items():

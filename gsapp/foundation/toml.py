@@ -27,7 +27,7 @@ class StrictModel(BaseModel):
     """Base of every model read from a file: frozen, and unknown keys are errors."""
 
     # What a start does not read it need not pay for: validators are built when first needed.
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Model:
@@ -78,8 +78,8 @@ def _read_table(path: Path | str) -> dict[str, Any]:
         raise FileProblemsError(path, [problem]) from error
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise FileProblemsError(path, [_syntax_problem(str(error))]) from error
+    except (ValueError, RecursionError) as error:
+        raise FileProblemsError(path, [_syntax_problem(error)]) from error
 
 
 def validate_content(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:
@@ -112,7 +112,13 @@ def _without_none(content: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _syntax_problem(message: str) -> FileProblem:
+def _syntax_problem(error: Exception) -> FileProblem:
+    if not isinstance(error, tomllib.TOMLDecodeError):
+        what = "holds a number with too many digits"
+        if isinstance(error, RecursionError):
+            what = "has brackets nested too deeply"
+        return FileProblem(where="file", what=what, remedy="correct it, or restore a copy")
+    message = str(error)
     place = re.search(r"\(at (line \d+, column \d+)\)", message)
     what = message[: place.start()].strip() if place else message
     return FileProblem(

@@ -6,6 +6,7 @@ python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and
 python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb, xdotool, openbox
 python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
 python3 packaging/bootstrap.py bench dirt 40 lags,clock    fewer flights, some kinds of dirt
+python3 packaging/bootstrap.py bench fuzz 1200     damaged files for every reader, for 20 minutes
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 python3 packaging/bootstrap.py bench deciding_experiment   open searches decided: an hour
 """
@@ -51,9 +52,10 @@ BENCHMARKS = {
     "estimates_live": "a live flight with and without derivatives forming: frames, cues, losses",
     "day": "a day at the field by mouse and keys in a real X server, with screenshots",
     "real": "ATTAS and HFB-320 by default, beside published derivatives; their data in FOLDER",
+    "fuzz": "every reader of a file under mutation; SECONDS, READERS, first seed (see its head)",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
-ONLY_WHEN_NAMED = {"peers", "discrepancy", "deciding_experiment", "day", "real", "dirt"}
+ONLY_WHEN_NAMED = {"fuzz", "peers", "discrepancy", "deciding_experiment", "day", "real", "dirt"}
 
 
 def load(name: str) -> ModuleType:
@@ -72,7 +74,7 @@ def main(arguments: list[str]) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = [argument for argument in arguments if argument.startswith("-")]
     names = [argument for argument in arguments if not argument.startswith("-")]
-    given = names[1:] if names[:1] in (["real"], ["dirt"]) else []
+    given = names[1:] if names[:1] in (["real"], ["dirt"], ["fuzz"]) else []
     names = names[: len(names) - len(given)]
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick", "--plain"}:

@@ -134,7 +134,7 @@ def _record(catalog: Catalog, row: Any) -> CampaignRun:
             **{name: row[name] for name in _PLAIN},
             **{name: json.loads(row[name]) for name in _TABLES},
         )
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise FlightError(
             f"the run {row['id']} in the catalog {catalog.path} is damaged ({error}); restore a "
             "copy of the catalog"

@@ -196,7 +196,7 @@ def _within(condition: FlightCondition | None, span: Sequence[float | None]) -> 
 def _parsed(catalog: Catalog, text: str) -> Any:
     try:
         return json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FlightError(
             f"an entry of the catalog {catalog.path} is damaged ({error}); restore a copy"
         ) from error

@@ -260,7 +260,7 @@ class Catalog:
             raise FlightError(
                 f"the catalog {self.path} cannot be used ({error}); {todo}"
             ) from error
-        except sqlite3.DatabaseError as error:
+        except (sqlite3.DatabaseError, UnicodeDecodeError, OverflowError) as error:
             raise FlightError(
                 f"the catalog {self.path} is damaged or not a catalog ({error}); restore a "
                 "copy, or name a new file and store the flights again"

@@ -120,7 +120,7 @@ def _json(verdict: StoredVerdict) -> str:
 def _parsed(catalog: Catalog, text: str) -> dict[str, object]:
     try:
         content = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise FlightError(
             f"a verdict in the catalog {catalog.path} is damaged ({error}); debrief its flight anew"
         ) from error

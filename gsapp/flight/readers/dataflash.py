@@ -31,6 +31,7 @@ _HEADER = b"\xa3\x95"
 _FMT = 128
 _FMT_LENGTH = 89
 
+_HEADER_FIELD = "_header"
 _STAMPS = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 """Columns that hold the time, and the seconds of one count."""
 _NOT_MEASURED = frozenset({"FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG"})
@@ -90,9 +91,9 @@ class _Format:
         """Return the type of a whole record; None if it does not fit its stated length."""
         if len(self.letters) != len(self.columns) or any(c not in _LETTERS for c in self.letters):
             return None
-        if len(set(self.columns)) != len(self.columns):
+        if len({_HEADER_FIELD, *self.columns}) != 1 + len(self.columns):
             return None
-        fields: list[Any] = [("_header", "S3")]
+        fields: list[Any] = [(_HEADER_FIELD, "S3")]
         for column, letter in zip(self.columns, self.letters, strict=True):
             kind = _LETTERS[letter][0]
             fields.append((column, *kind) if isinstance(kind, tuple) else (column, kind))

@@ -19,6 +19,9 @@ _MODE = "M"
 """Format letter of a flight mode, which is a number or its name."""
 _ARRAY = "a"
 """Format letter of 32 numbers, which a line has no room for."""
+_TYPE_DIGITS = 3
+_LONGEST_TEXT = 256
+"""Bytes; those of a binary log have 64."""
 _LOOKED_AT = 8192
 """Bytes in which the first definition stands, after what the autopilot or converter says first."""
 
@@ -68,7 +71,8 @@ class TextRecords:
                 if letter != _MODE:
                     return np.array([_number(cell) for cell in cells])
             self.letters = self.letters[:place] + TEXT_LETTERS[1] + self.letters[place + 1 :]
-        return np.array([cell.encode() for cell in cells], dtype=np.bytes_)
+        # As many bytes as the longest of them, for each.
+        return np.array([cell.encode()[:_LONGEST_TEXT] for cell in cells], dtype=np.bytes_)
 
 
 def is_text_log(data: bytes) -> bool:
@@ -105,7 +109,7 @@ def scan_text(data: bytes) -> tuple[dict[str, TextRecords], int]:
 def _define(messages: dict[str, TextRecords], line: str) -> bool:
     """Take the definition of a message; return False for one that is damaged."""
     parts = [part.strip() for part in line.split(",")]
-    if len(parts) < 5 or not parts[0].isdigit():
+    if len(parts) < 5 or not (parts[0].isdecimal() and len(parts[0]) <= _TYPE_DIGITS):
         return False
     kind, name, letters, columns = parts[0], parts[2], parts[3], tuple(parts[4:])
     if name == "FMT" or _ARRAY in letters:

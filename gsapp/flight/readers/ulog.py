@@ -43,7 +43,8 @@ _CLOCK = "timestamp"
 _PADDING = "_padding"
 _HEAD_FIELD = "_head"
 _DEEPEST = 8  # Formats inside formats.
-_FIELD = re.compile(r"(?P<type>\w+)(?:\[(?P<count>\d+)\])? +(?P<name>\w+)")
+_MOST_FIELDS = 65535  # Of one byte each: no message is longer.
+_FIELD = re.compile(r"(?P<type>\w+)(?:\[(?P<count>[0-9]{1,5})\])? +(?P<name>\w+)")
 _TYPES = {
     "int8_t": "i1", "uint8_t": "u1", "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4",
     "uint32_t": "<u4", "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
@@ -144,6 +145,7 @@ class _Scan:
         self.parameters: list[int] = []
         self.torn = self.damaged = False
         self._formats: dict[str, str] = {}
+        self._spread: dict[tuple[str, int], list[tuple[Any, ...]]] = {}
         self._topics: dict[int, tuple[MessageKey, np.dtype[np.void]]] = {}
         self._unread_topics: dict[int, tuple[int, int]] = {}
         self._samples: dict[int, list[int]] = {}
@@ -207,6 +209,7 @@ class _Scan:
     def _read_format(self, place: int, after: int) -> None:
         name, _, fields = self.data[place + 3 : after].decode("ascii", "replace").partition(":")
         self._formats[name] = fields
+        self._spread.clear()
 
     def _read_dropout(self, place: int, _: int) -> None:
         self.dropouts.append(self.data[place + 3] | self.data[place + 4] << 8)
@@ -220,30 +223,40 @@ class _Scan:
     def _read_topic(self, number: int, place: int, after: int) -> None:
         """Learn what samples of a topic look like, when the first comes: of most there are none."""
         name = self.data[place + 6 : after].decode("ascii", "replace")
-        fields = list(self._fields(name, ""))
+        fields = list(self._fields(name))
         while fields and fields[-1][0].startswith(_PADDING):
             fields.pop()  # the logger leaves these out
         names = [one[0] for one in fields]
-        if not names or len(set(names)) < len(names):
+        if not names or _HEAD_FIELD in names or len(set(names)) < len(names):
             return
         dtype: np.dtype[np.void] = np.dtype([(_HEAD_FIELD, f"V{_HEAD.size}"), *fields])
         self._topics[number] = (name, str(self.data[place + 3])), dtype
         self._lengths[number] = dtype.itemsize - 3
         self._take[number] = self._samples.setdefault(number, []).append
 
-    def _fields(self, form: str, prefix: str, depth: int = 0) -> Iterator[tuple[Any, ...]]:
-        """Yield name, type and count of a format's fields, those of formats inside it spread."""
+    def _fields(self, form: str, depth: int = 0) -> list[tuple[Any, ...]]:
+        """Return name, type and count of a format's fields, those of formats inside it spread.
+
+        Nothing where they are more than a message holds: damaged formats contain themselves.
+        """
+        if (form, depth) in self._spread:
+            return self._spread[form, depth]
+        fields: list[tuple[Any, ...]] = []
         for text in self._formats.get(form, "").split(";"):
             match = _FIELD.fullmatch(text.strip())
             if match is None:
                 continue
-            kind, count, name = match["type"], int(match["count"] or 0), prefix + match["name"]
+            kind, count, name = match["type"], int(match["count"] or 0), match["name"]
             if kind in _TYPES:
-                yield (name, _TYPES[kind], count) if count else (name, _TYPES[kind])
-            elif depth < _DEEPEST:
+                fields.append((name, _TYPES[kind], count) if count else (name, _TYPES[kind]))
+            elif depth < _DEEPEST and (inner := self._fields(kind, depth + 1)):
                 for index in range(count or 1):
-                    inner = f"{name}[{index}]." if count else f"{name}."
-                    yield from self._fields(kind, inner, depth + 1)
+                    prefix = f"{name}[{index}]." if count else f"{name}."
+                    fields += [(prefix + one, *rest) for one, *rest in inner]
+                    if len(fields) > _MOST_FIELDS:
+                        break
+        self._spread[form, depth] = fields if len(fields) <= _MOST_FIELDS else []
+        return self._spread[form, depth]
 
     def records(self) -> dict[MessageKey, _Samples]:
         """Return the samples of each topic that has any."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -49,7 +48,8 @@ def read_state(path: Path, about: Mapping[str, object]) -> ArrayTable:
         with np.load(path, allow_pickle=False) as stored:
             table: ArrayTable = {name: stored[name] for name in stored.files}
         theirs = json.loads(str(table.pop("about")))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except Exception as error:
+        # A damaged archive makes zipfile, NumPy and JSON raise whatever they meet.
         raise FlightError(
             f"{path} holds no state of FTR that can be read ({error}); start it anew"
         ) from error

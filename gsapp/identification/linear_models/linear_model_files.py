@@ -22,6 +22,7 @@ SHIPPED_LINEAR_MODELS = ShippedFiles(
 PUBLISHED_AIRCRAFT = "B777"
 """The aircraft that the published models and errors are of, by the name in its file."""
 _ERRORS = Path(__file__).parent / "published_errors.toml"
+_LARGEST = 1_000_000_000
 MatrixRows = tuple[tuple[float, ...], ...]
 
 
@@ -54,6 +55,10 @@ class LinearModelFile(StrictModel):
                 raise ValueError(
                     f"{name} must have {rows} rows of {columns} numbers for these states, inputs "
                     "and outputs; check the brackets"
+                )
+            if any(abs(number) > _LARGEST for row in matrix for number in row):
+                raise ValueError(
+                    f"{name} holds a number beyond {_LARGEST:g}; correct the number or its unit"
                 )
         return self
 

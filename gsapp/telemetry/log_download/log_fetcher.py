@@ -125,7 +125,7 @@ class PartialLog:
 
     def _found(self) -> MissingRanges:
         """Return what is missing of what lies there; all where it is of another log."""
-        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             note = json.loads(self._note.read_bytes())
             if note["log"] == self._identity() and self.path.stat().st_size == self.entry.size:
                 return MissingRanges(self.entry.size, note["missing"])

@@ -1,0 +1,149 @@
+"""Text files with numbers of thousands of digits, brackets without end, and what is no number."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from calibration.certificate_toml import load_certificate
+from calibration.plan import load_calibration_plan
+from calibration.wizard.journal import Journal
+from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.swings import compute_inertia, load_swings
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.dynamics.model import load_model
+from gsapp.excitation.alerts.geofence import load_geofence
+from gsapp.flight.cards import load_cards
+from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.events import read_events
+from gsapp.flight.folder import FlightFolder
+from gsapp.foundation import GroundStationError
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
+from gsapp.identification.weights import load_weights
+from gsapp.session.checklist.items import load_checklist
+from gsapp.session.limits import load_limits
+from gsapp.virtual.flight_plan import load_flight_plan
+from ui.settings import SettingsStore
+from ui.strips.strip_layout import load_layout
+
+ODD = {
+    "digits": "x = " + "9" * 5000,
+    "brackets": "x = " + "[" * 5000,
+    "tables": "x = " + "{a=" * 5000,
+    "bytes": "x = '\ud800'",
+}
+
+
+def open_card(path: Path) -> object:
+    path.rename(path.with_name("flight.toml"))
+    return FlightFolder.open(path.parent).update_info(notes="windy")
+
+
+LOADERS: dict[str, Callable[[Path], object]] = {
+    "aircraft": load_aircraft,
+    "calibration plan": load_calibration_plan,
+    "cards": load_cards,
+    "certificate": load_certificate,
+    "channel map": load_channel_map,
+    "checklist": load_checklist,
+    "fence": load_geofence,
+    "flight card": open_card,
+    "layout": load_layout,
+    "limits": load_limits,
+    "linear model": load_linear_model,
+    "model": load_model,
+    "plan": load_flight_plan,
+    "swings": load_swings,
+    "weights": load_weights,
+}
+
+
+@pytest.mark.parametrize("text", ODD.values(), ids=ODD)
+@pytest.mark.parametrize("load", LOADERS.values(), ids=LOADERS)
+def test_a_file_that_no_parser_takes_is_refused(
+    tmp_path: Path, load: Callable[[Path], object], text: str
+) -> None:
+    path = tmp_path / "odd.toml"
+    path.write_text(text, encoding="utf-8", errors="surrogatepass")
+    with pytest.raises(GroundStationError, match=r"odd\.toml|flight\.toml"):
+        load(path)
+
+
+@pytest.mark.parametrize("text", ODD.values(), ids=ODD)
+def test_settings_that_no_parser_takes_are_kept_beside(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_text(text, encoding="utf-8", errors="surrogatepass")
+    store = SettingsStore(path)
+    assert store.error_text
+    assert (tmp_path / "settings.damaged.toml").exists()
+    assert store.change(scale=150).scale == 150
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, "9" * 5000, '{"a":' * 5000])
+def test_lines_that_no_parser_takes_are_damaged(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "x.jsonl"
+    path.write_text(f"{line}\n")
+    assert read_events(path).damaged == 1
+    assert Journal(path).read() == ()
+
+
+LINEAR: dict[str, Any] = {
+    "name": "x", "states": ["alpha [rad]"], "inputs": ["de [rad]"], "outputs": ["alpha [rad]"],
+    "A": [[-1.0]], "B": [[1.0]], "C": [[1.0]], "D": [[0.0]],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "number", ["nan", "inf", "-inf", "1e999", "1e300", '"one"', "9" * 400, "[1.0]"]
+)
+def test_a_linear_model_holds_finite_numbers(tmp_path: Path, number: str) -> None:
+    path = tmp_path / "model.toml"
+    lines = [f"{key} = {json.dumps(value)}" for key, value in LINEAR.items()]
+    path.write_text("\n".join(lines))
+    assert load_linear_model(path).A == ((-1.0,),)
+    path.write_text("\n".join(lines).replace("-1.0", number))
+    with pytest.raises(GroundStationError, match=r"A\b"):
+        load_linear_model(path)
+
+
+SWINGS = """
+[aircraft]
+weight = "46.7 lb"
+depth = "1.6 ft"
+[x]
+times = ["{time}"]
+cycles = {cycles}
+pivot_to_cg = "{arm}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("time", "cycles", "arm"),
+    [
+        ("1e300 s", "10", "4.9 ft"),
+        ("1e-320 s", "10", "4.9 ft"),
+        ("25 s", "10", "1e300 ft"),
+        ("25 s", "9" * 400, "4.9 ft"),
+    ],
+)
+def test_swings_beyond_any_pendulum_are_refused(
+    tmp_path: Path, time: str, cycles: str, arm: str
+) -> None:
+    path = tmp_path / "swings.toml"
+    path.write_text(SWINGS.format(time=time, cycles=cycles, arm=arm))
+    with pytest.raises(GroundStationError):
+        compute_inertia(load_swings(path))
+
+
+def test_a_catalog_whose_schema_is_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "campaign.sqlite"
+    with Catalog(path) as opened:
+        assert search_maneuvers(opened) == ()
+    data = path.read_bytes()
+    assert data.count(b"t_start")
+    path.write_bytes(data.replace(b"t_start", b"t_\xff\xfe\xfft"))
+    with pytest.raises(GroundStationError, match=re.escape(str(path))), Catalog(path) as opened:
+        search_maneuvers(opened)
