@@ -256,7 +256,8 @@ class MainWindow(QMainWindow):
         self.flight_controller.refreshed.connect(self._refresh)
         self.gap_page.show_requested.connect(lambda: self.show_page("gap"))
         self.gap_page.changed.connect(self._enable)
-        self.gap_page.cards_requested.connect(self.preflight_page.add_cards)
+        for page in (self.gap_page, self.view.estimates.search):
+            page.cards_requested.connect(self.preflight_page.add_cards)
         self.review_page.show_requested.connect(lambda: self.show_page("review"))
         self.review_page.changed.connect(self._enable)
         self.preflight_page.changed.connect(self._enable)

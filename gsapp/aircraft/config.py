@@ -320,6 +320,11 @@ class Aircraft(StrictModel):
     accuracy: Accuracy = Field(default_factory=Accuracy)
 
     @property
+    def states_thrust(self) -> bool:
+        """Return whether the aircraft file says what the engines give, or that there are none."""
+        return "max_thrust" in self.propulsion.model_fields_set
+
+    @property
     def states_accuracy(self) -> bool:
         """Return whether the file itself says how well it is known."""
         return "accuracy" in self.model_fields_set

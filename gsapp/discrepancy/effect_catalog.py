@@ -144,6 +144,8 @@ _SUBSTITUTE_CHANNELS: dict[str, tuple[str, ...]] = {
     "dr": ("rudder",),
 }
 _INPUTS = ("de", "da", "dr", "flap", "throttle")
+_LIKE_THRUST = ("sensor.ax.bias", "aero.CX.speed")
+"""Effects that show as thrust does, which falls with speed."""
 _ALLOWED: dict[str, tuple[str, ...]] = {
     "position": (),
     "servo": ("backlash", "saturation"),
@@ -219,6 +221,8 @@ def _exclusion_reason(
         return "a disturbance of the flight, never an effect of the aircraft"
     if one.effect_class == "C":
         return f"not observable in flight: {one.remedy}"
+    if one.id in _LIKE_THRUST and not aircraft.states_thrust:
+        return "looks like thrust, which the aircraft file does not state (a glider's is 0 lbf)"
     for channel in one.needs:
         stand_ins = (channel, *_SUBSTITUTE_CHANNELS.get(channel, ()))
         if not any(name in channels for name in stand_ins):

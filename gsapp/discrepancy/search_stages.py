@@ -304,14 +304,22 @@ def _is_unnecessary(effect: str, last: SearchStage) -> bool:
 def _first_crowded_stage(stages: Sequence[SearchStage], first: int) -> tuple[int, frozenset[str]]:
     """Return the first of many names for one coefficient, and all names there are for it.
 
-    What takes so many terms of the catalog is something that is not in it. Zero and an empty set
-    if no coefficient has many.
+    What takes so many terms of the catalog is something that is not in it. What is left of that
+    gains less than what took the most of it; a name that gains as much is another effect, as is one
+    that only steps of the flap or the throttle show. Zero and an empty set if no coefficient has
+    many.
     """
     places: dict[str, list[int]] = {}
+    largest: dict[str, float] = {}
     for number, one in enumerate(stages):
-        group, _, rest = one.added.partition(".")
-        if number >= first and group not in ("sensor", "unnamed"):
-            places.setdefault(rest.partition(".")[0], []).append(number)
+        group, target, *cause = one.added.split(".") if one.added else ("", "")
+        is_of_motion = group not in ("sensor", "unnamed") and cause not in (["flap"], ["throttle"])
+        if number < first or not is_of_motion:
+            continue
+        gain = stages[number - 1].gain_of(one.added)
+        if gain < SEARCH.max_rest_gain * largest.get(target, np.inf):
+            places.setdefault(target, []).append(number)
+            largest.setdefault(target, gain)
     crowded = [
         (found[0], target)
         for target, found in places.items()

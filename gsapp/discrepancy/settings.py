@@ -104,6 +104,7 @@ class DiscrepancyAlgorithmSettings:
     max_unexplained_share: float = 0.15  # Of its gain that a name may leave to the unnamed.
     min_equivalence_cosine: float = 0.95  # From it two effects explain the same.
     max_effects_per_target: int = 3  # So many names for one coefficient are none.
+    max_rest_gain: float = 0.7  # Of the gain of a name: more is no rest of the same thing.
     reversal_tolerance: float = 0.15  # A scale this near to -1 is a reversed axis.
     max_unnamed_terms: int = 3  # Terms without a name that a coefficient takes.
     min_rest_share: float = 0.02

@@ -12,6 +12,8 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.discrepancy.results import DecidingExperiment
+from gsapp.flight.cards import TestCard
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.writers import write_block
@@ -159,3 +161,21 @@ def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot
     assert first.y.tolist() == [40.0, 90.0]
     panel.show_search((few, one, two), "", enabled=False)
     assert not panel.plot.isVisible()
+
+
+def test_the_experiment_that_decides_becomes_the_first_test_card(window: MainWindow) -> None:
+    panel = window.view.estimates.search
+    card = TestCard(id="X1", speed="30 m/s", surfaces=("de",), amplitude="3 deg", width="0.4 s")
+    names = ("aero.Cm.alpha2", "aero.Cm.speed")
+    experiment = DecidingExperiment(purpose="separate", effects=names, titles=names, cards=(card,))
+    step = LiveSearchResult(
+        time=40.0, maneuvers=4, verdict="ambiguous", evidence=dict.fromkeys(names, 0.5)
+    )
+    panel.show_search((step,), "", enabled=True)
+    assert panel.cards_button.isHidden()
+    panel.show_search((replace(step, experiment=experiment),), "", enabled=True)
+    assert not panel.cards_button.isHidden()
+    panel.cards_button.click()
+    cards = window.preflight_page.model.cards.cards
+    assert cards is not None
+    assert cards.cards[0].id == "X1"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QCheckBox, QPushButton, QVBoxLayout, QWidget
 
 from gsapp.quantities import TRACE_COLORS, typeset
 from ui.display_style import DisplayStyle
@@ -17,6 +17,7 @@ from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
 
 if TYPE_CHECKING:
+    from gsapp.discrepancy.results import DecidingExperiment
     from gsapp.session.live_estimation.live_search import LiveSearch, LiveSearchResult
     from ui.widgets.analysis_plot import AnalysisPlot, PlotCurve
 
@@ -48,11 +49,13 @@ class EvidencePanel(QWidget):
     """Which effect is missing, by the maneuvers so far."""
 
     switched = Signal(bool)
+    cards_requested = Signal(object)  # The test cards of the experiment that decides.
 
     def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
         self._style = style
         self._steps: Sequence[LiveSearchResult] = ()
+        self._experiment: DecidingExperiment | None = None
         column = arrange(QVBoxLayout(self), 4)
         column.setContentsMargins(12, 4, 12, 8)
         self._column = column
@@ -62,6 +65,11 @@ class EvidencePanel(QWidget):
         column.addWidget(self.switch)
         self.state = create_label("", "label", wrap=True)
         column.addWidget(self.state)
+        self.cards_button = QPushButton(tr("Add to test cards"))
+        self.cards_button.setToolTip(tr("Put these maneuvers before all other test cards"))
+        self.cards_button.clicked.connect(self._request_cards)
+        self.cards_button.setVisible(False)
+        column.addWidget(self.cards_button, 0, Qt.AlignmentFlag.AlignLeft)
         self.plot: AnalysisPlot | None = None
 
     def show_search(self, steps: Sequence[LiveSearchResult], state: str, *, enabled: bool) -> None:
@@ -73,11 +81,17 @@ class EvidencePanel(QWidget):
         if self.state.text() != state:
             self.state.setText(state)
         self.state.setVisible(bool(state))
+        self._experiment = steps[-1].experiment if steps and enabled else None
+        self.cards_button.setVisible(self._experiment is not None and bool(self._experiment.cards))
         drawn = [one for one in steps if one.verdict] if enabled else []
         if drawn:
             self._draw(drawn)
         if self.plot is not None:
             self.plot.setVisible(bool(drawn))
+
+    def _request_cards(self) -> None:
+        if self._experiment is not None:
+            self.cards_requested.emit(self._experiment.cards)
 
     def _draw(self, steps: Sequence[LiveSearchResult]) -> None:
         if self.plot is not None and self._steps == steps:
