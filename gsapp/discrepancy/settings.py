@@ -178,7 +178,7 @@ class DiscrepancyAlgorithmSettings:
     max_aliases: int = 4  # Aliases that are listed.
     visible_sigma: float = 5.0  # Deviations from which an effect of usual size is visible.
     strong_gain_ratio: float = 3.0  # Times the threshold: chance does not explain it.
-    contradiction_sigmas: float = 4.0  # Below expectation on maneuvers held out.
+    contradiction_sigmas: float = 2.5  # Below expectation on maneuvers held out.
     max_ranked: int = 12  # Candidates of a ranking that are told.
     min_observable_share: float = 0.1  # Of the catalog, to call a model adequate.
     min_gust_rms: float = 0.05  # Turbulence below this (m/s) is still air.
