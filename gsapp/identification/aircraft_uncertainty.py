@@ -26,6 +26,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import Axis
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.record_preparation import advance_samples
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block, FloatArray
@@ -42,9 +43,6 @@ _CHANNELS: dict[Axis, tuple[str, ...]] = {
 _VANES: dict[Axis, tuple[str, ...]] = {"lon": ("alpha_vane",), "lat": ("beta_vane",)}
 _ACCELERATIONS: dict[Axis, tuple[str, ...]] = {"lon": ("ax", "an"), "lat": ("ay",)}
 _SURFACES: dict[Axis, tuple[str, ...]] = {"lon": ("de",), "lat": ("da", "dr")}
-_SLOW_SAMPLE_TIME = 0.04  # s: from here on the instant of a step matters.
-_MAX_STEPS = 8  # Of a surface in a maneuver: a 3-2-1-1 has five.
-_MIN_STEP_SHARE = 0.2  # Of the largest one.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -255,13 +253,13 @@ def _steps(maneuver: Maneuver, surface: str) -> list[tuple[int, float]]:
 
     What goes on through several intervals is known from them: a step differs from its neighbors.
     """
-    if maneuver.dt < _SLOW_SAMPLE_TIME or surface not in maneuver.block:
+    if maneuver.dt < PREPARATION.slow_sample_time or surface not in maneuver.block:
         return []
     moves = np.nan_to_num(np.diff(maneuver.block.values[:, maneuver.block.channels.index(surface)]))
     bends = np.abs(np.diff(moves, prepend=0.0, append=0.0))
     sizes = np.sign(moves) * np.minimum.reduce((np.abs(moves), bends[:-1], bends[1:]))
-    largest = np.argsort(-np.abs(sizes), kind="stable")[:_MAX_STEPS]
-    least = _MIN_STEP_SHARE * abs(sizes[largest[0]]) if len(largest) else 0.0
+    largest = np.argsort(-np.abs(sizes), kind="stable")[: PREPARATION.max_steps]
+    least = PREPARATION.min_step_share * abs(sizes[largest[0]]) if len(largest) else 0.0
     return [(int(index), float(sizes[index])) for index in largest if abs(sizes[index]) > least]
 
 

@@ -30,6 +30,11 @@ class PreparationSettings:
     limit_tolerance: float = 1e-9  # Share of a limit within which a sample was cut off by it.
     max_interpolated_share: float = 1e-6  # The same in an interpolated one.
 
+    # Steps of surfaces in slow records.
+    slow_sample_time: float = 0.04  # s: from here on the instant of a step matters.
+    max_steps: int = 8  # Of a surface in a maneuver: a 3-2-1-1 has five.
+    min_step_share: float = 0.2  # Of the largest one.
+
     # Interpolation and smoothing.
     max_interval: int = 5  # Grid samples between knots: more is a guess.
     collinearity_tolerance: float = 1e-4  # Bend over the channel's usual bend.

@@ -249,7 +249,7 @@ def test_scores_of_nothing_hidden_are_chi_square() -> None:
     [
         (0.1, 20.0, False),
         (-0.5, 20.0, True),
-        (-4.0, 60.0, False),
+        (-0.5, 60.0, False),
         (-9.0, 60.0, True),
         (-1.0, 300.0, True),
     ],
