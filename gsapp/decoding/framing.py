@@ -8,14 +8,15 @@ framer waits for more, for a pause of the link (`flush_complete`) or for its end
 A frame of known id is accepted when its checksum fits, unless a second frame whose checksum fits
 starts within it and ends beyond it: then one of the two is chance (a torn frame completed by the
 head of the next), and what follows tells which. A frame of unknown id has no checksum that could
-be verified; it is accepted on the evidence around it, and never at the cost of a known one.
+be verified; it is accepted on the evidence around it, and never at the cost of a known one. If its
+checksum fits a known id that differs in one bit, it is damaged.
 """
 
 from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from enum import Enum
 from functools import cache
 from struct import Struct
@@ -23,7 +24,7 @@ from typing import Final, NamedTuple
 
 from fastcrc import crc16
 
-from gsapp.decoding.dialect import wire_formats
+from gsapp.decoding.dialect import WireFormat, wire_formats
 
 
 class MavlinkFrame(NamedTuple):
@@ -121,6 +122,27 @@ def _byte_set(values: set[int]) -> bytes:
 
 
 FramedItem = MavlinkFrame | Residue
+
+
+def has_flipped_id(frame: bytes, formats: Mapping[int, WireFormat]) -> bool:
+    """Return whether a frame of unknown id fits its checksum with one bit of the id flipped.
+
+    It then is a damaged frame of a known message: of those of another dialect one in some
+    thousands fits by chance.
+    """
+    start, body = (7, 10) if frame[0] == MAGIC_2 else (5, 6)
+    end = body + frame[1]
+    stated = frame[end] | frame[end + 1] << 8
+    number = int.from_bytes(frame[start:body], "little")
+    for bit in range(8 * (body - start)):
+        meant = number ^ 1 << bit
+        wire = formats.get(meant)
+        if wire is None or frame[1] > wire.full_size:
+            continue
+        head = frame[1:start] + meant.to_bytes(body - start, "little")
+        if crc16.mcrf4xx(head + frame[body:end] + wire.crc_extra) == stated:
+            return True
+    return False
 
 
 class _BufferedFramer:
@@ -378,6 +400,10 @@ class Framer(_BufferedFramer):
         verdict = self._contains_known(head, final=final)
         if verdict is _Decision.ACCEPT:
             verdict = self._supported(head, synchronous, final=final)
+        if verdict is _Decision.ACCEPT and has_flipped_id(
+            self._buffer[head.start : head.end], self._known
+        ):
+            verdict = _Decision.REJECT
         return verdict, head
 
     def _contains_known(self, head: _FrameHeader, *, final: bool) -> _Decision:

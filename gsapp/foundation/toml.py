@@ -20,6 +20,8 @@ from gsapp.foundation.errors import FileProblem, FileProblemsError
 from gsapp.foundation.files import write_atomically
 from gsapp.foundation.name_suggestions import did_you_mean
 
+_LONGEST_VALUE = 80
+"""Characters of a wrong value that are shown."""
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -163,8 +165,12 @@ def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:
         choices = re.findall(r"'([^']+)'", detail["ctx"]["expected"])
         remedy = did_you_mean(str(detail["input"]), choices, most=1)
     if detail["type"] != "value_error":
-        what = f"{what[:1].lower()}{what[1:]} (found {detail['input']!r})"
+        what = f"{what[:1].lower()}{what[1:]} (found {_shorten(repr(detail['input']))})"
     return FileProblem(where=where, what=what, remedy=remedy)
+
+
+def _shorten(text: str) -> str:
+    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]}..."
 
 
 def _known_keys(model: type[BaseModel], location: Sequence[Any]) -> Iterator[str]:

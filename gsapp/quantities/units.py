@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -271,14 +272,21 @@ def parse_quantity(text: str | float, key: str) -> float:
         raise UnitError(f"{text!r} is not a {known.name}; {example}")
     if not isinstance(text, str):
         if "" in known.units:
-            return float(text)
+            return _finite(text, known)
         raise UnitError(f"{text!r} has no unit; {example}")
     match = _NUMBER.fullmatch(text)
     if match is None:
         raise UnitError(f"'{text}' does not begin with a number; {example}")
     if not match.group(2).strip() and "" not in known.units:
         raise UnitError(f"'{text.strip()}' has no unit; {example}")
-    return to_si(float(match.group(1)), match.group(2), key)
+    return _finite(to_si(float(match.group(1)), match.group(2), key), known)
+
+
+def _finite(value: float, known: Quantity) -> float:
+    # Compared as it is: an int may have more digits than a float can hold.
+    if not abs(value) <= sys.float_info.max:
+        raise UnitError(f"the {known.name} is not a finite number; correct it")
+    return float(value)
 
 
 def parse_finite_number(text: str) -> float | None:

@@ -2,6 +2,7 @@
 
 import os
 import random
+import struct
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from hypothesis import strategies as st
 
 from gsapp.decoding.dialect import dialect, wire_formats
 from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
+from gsapp.decoding.health import LinkHealth
+from gsapp.flight.raw_files import RawDamage, read_tlog
+from gsapp.flight.raw_files.record_files import RawRecord
 
 SECRET = b"x" * 32
 
@@ -288,6 +292,53 @@ def test_unknown_ids_are_kept_unchecked_where_a_frame_follows() -> None:
     items = split(known + unknown + last + unknown)
     assert [item.data for item in items] == [known, unknown, last, unknown]
     assert [item.known for item in items] == [True, False, True, False]
+
+
+@pytest.mark.parametrize("bit", range(24))
+@pytest.mark.parametrize("signed", [False, True])
+def test_a_flipped_bit_of_the_id_is_damage_and_not_another_dialect(bit: int, signed: bool) -> None:
+    """Whether the flipped id is that of another message or of none; in a stream and in a file."""
+    sender = Sender(13)
+    first, hurt, last = (sender.frame(signed=signed, version=2) for _ in range(3))
+    hurt = flipped(hurt, 7 + bit // 8, bit % 8)
+    items = split(first + hurt + last)
+    assert [item.data for item in items if isinstance(item, MavlinkFrame)] == [first, last]
+    assert b"".join(item.data for item in items) == first + hurt + last
+    health = LinkHealth()
+    health.feed(
+        [
+            RawRecord(
+                k * 10_000, "frame" if isinstance(item, MavlinkFrame) else "residue", item.data
+            )
+            for k, item in enumerate(items)
+        ]
+    )
+    assert (health.good, health.unknown) == (2, 0)
+    assert health.damaged
+
+
+@pytest.mark.parametrize("bit", range(8))
+def test_a_flipped_bit_of_the_id_of_mavlink_1_is_damage(bit: int) -> None:
+    sender = Sender(14)
+    first, hurt, last = (sender.frame(version=1) for _ in range(3))
+    hurt = flipped(hurt, 5, bit)
+    items = split(first + hurt + last)
+    assert [item.data for item in items if isinstance(item, MavlinkFrame)] == [first, last]
+
+
+def flipped(frame: bytes, place: int, bit: int) -> bytes:
+    return frame[:place] + bytes((frame[place] ^ 1 << bit,)) + frame[place + 1 :]
+
+
+def test_a_record_of_a_flipped_id_is_damage(tmp_path: Path) -> None:
+    sender = Sender(15)
+    frames = [sender.frame(version=2, signed=False) for _ in range(3)]
+    frames[1] = flipped(frames[1], 8, 7)
+    path = tmp_path / "raw.tlog"
+    path.write_bytes(b"".join(struct.pack(">Q", 1_700_000_000_000_000) + one for one in frames))
+    damage = RawDamage(name=path.name)
+    assert [record.data for record in read_tlog(path, damage)] == [frames[0], frames[2]]
+    assert damage.location_count == 1
 
 
 def test_an_unknown_id_never_costs_a_known_frame() -> None:

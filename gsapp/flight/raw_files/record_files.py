@@ -13,7 +13,13 @@ from typing import Final, Literal, NamedTuple
 from fastcrc import crc16
 
 from gsapp.decoding.dialect import WireFormat, wire_formats
-from gsapp.decoding.framing import MAGIC_1, MAGIC_2, MAX_FRAME_LENGTH, SIGNATURE_BYTES
+from gsapp.decoding.framing import (
+    MAGIC_1,
+    MAGIC_2,
+    MAX_FRAME_LENGTH,
+    SIGNATURE_BYTES,
+    has_flipped_id,
+)
 from gsapp.decoding.sender_filter import UNKNOWN_ORIGIN, FrameOrigin
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, RESIDUE_FILE, SENDERS_FILE
 from gsapp.foundation import FlightError
@@ -200,7 +206,8 @@ def _is_valid_frame(data: bytes, start: int, wire: WireFormat | None, body: int,
     """
     if wire is None:
         after = data[end : end + 9]
-        return not after or (len(after) > 8 and after[8] in (MAGIC_1, MAGIC_2))
+        followed = not after or (len(after) > 8 and after[8] in (MAGIC_1, MAGIC_2))
+        return followed and not has_flipped_id(data[start:end], wire_formats())
     checksum: int = crc16.mcrf4xx(data[start + 1 : body] + wire.crc_extra)
     return checksum == data[body] | data[body + 1] << 8
 
