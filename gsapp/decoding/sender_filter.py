@@ -24,6 +24,7 @@ from gsapp.decoding.settings import DECODING
 
 SignatureState = Literal["", "valid", "unsigned", "false", "replayed"]
 """Of a frame: not checked, or what the check of a MAVLink 2 signature found."""
+_ACCEPTED: Final = frozenset(("", "valid"))
 REJECTED_SIGNATURES: Final = frozenset(("unsigned", "false", "replayed"))
 
 
@@ -75,25 +76,35 @@ def host_of(address: str) -> str:
 
 
 @dataclass(slots=True)
+class _Port:
+    """Where a component sends from."""
+
+    address: str
+    last_stamp: int  # Host stamp of its last frame, us.
+
+
+@dataclass(slots=True)
 class _Pin:
     """The address that a system is taken from."""
 
     address: str
     confirmed: bool  # By a heartbeat of an autopilot, or by the choice of the crew.
     is_exact: bool = False  # Whether the port counts too: chosen between two of one host.
-    ports: dict[int, tuple[str, int]] = field(default_factory=dict)
-    """Address and host stamp (us) of the last frame of each component."""
+    ports: dict[int, _Port] = field(default_factory=dict)  # By component.
 
     def accepts(self, address: str, component: int, stamp: int) -> bool:
         if self.is_exact:
             return address == self.address
         if host_of(address) != host_of(self.address):
             return False
-        former, last = self.ports.get(component, (address, stamp))
+        former = self.ports.get(component)
+        if former is None:
+            self.ports[component] = _Port(address, stamp)
+            return True
         # A program that started again has another port; one that speaks still has not.
-        if address != former and stamp - last < DECODING.sender_timeout:
+        if address != former.address and stamp - former.last_stamp < DECODING.sender_timeout:
             return False
-        self.ports[component] = address, stamp
+        former.address, former.last_stamp = address, stamp
         return True
 
 
@@ -122,6 +133,8 @@ class SenderFilter:
         self._log = log
         self._pins: dict[int, _Pin] = {}
         self._held: dict[int, list[RawRecordLike]] = {}
+        # Of components of confirmed systems, by system and component as they stand in a header.
+        self._settled: dict[bytes, _Port] = {}
         if system is not None and address:
             exact = host_of(address) != address
             self._pins[system] = _Pin(address, confirmed=True, is_exact=exact)
@@ -131,7 +144,14 @@ class SenderFilter:
         """Return the records that are accepted, those that waited before what follows them."""
         accepted: list[RecordT] = []
         for record in records:
-            if record.origin is UNKNOWN_ORIGIN or record.kind != "frame":
+            origin = record.origin
+            if origin is UNKNOWN_ORIGIN or record.kind != "frame":
+                accepted.append(record)
+                continue
+            data = record.data
+            port = self._settled.get(data[5:7] if data[0] == 0xFD else data[3:5])
+            if port is not None and port.address == origin[0] and origin[1] in _ACCEPTED:
+                port.last_stamp = record.stamp_us
                 accepted.append(record)
             else:
                 accepted += self._take(record)
@@ -194,6 +214,8 @@ class SenderFilter:
     ) -> bool:
         pin, address = self._pins[system], record.origin.address
         if pin.accepts(address, component, record.stamp_us):
+            if pin.confirmed and not pin.is_exact:
+                self._settled[bytes((system, component))] = pin.ports[component]
             return True
         host = host_of(address)
         named = host if host != host_of(pin.address) else address

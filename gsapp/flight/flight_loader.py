@@ -15,6 +15,9 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
 from gsapp.decoding.decoder import ChannelSource
 from gsapp.decoding.derived_channels import SURFACE_DERIVATIONS, select_derivations
+from gsapp.decoding.health import LinkHealth
+from gsapp.decoding.notices import NoticeLog
+from gsapp.decoding.sender_filter import RawRecordLike, SenderFilter
 from gsapp.flight.cache import DecodedFlight, cache_key, load_cached, store_cached
 from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import convert_to_flown_clock, event_from_notice, read_events, sort_events
@@ -184,7 +187,7 @@ def _load_folder(
         remarks = (damaged_events_text(record.damaged),)
     if folder.nonempty_raw_files and setting.channel_map is None:
         first = RawTail(folder.path).poll(_RECORDS_AT_ONCE)
-        setting = replace(setting, channel_map=guess_channel_map(first, folder.path))
+        setting = replace(setting, channel_map=guess_channel_map(first, folder.path, setting))
     decoded = _decode_folder(folder, setting, log)
     used = setting.applied_certificates(setting.channel_map)
     return Flight(
@@ -481,7 +484,7 @@ def _decode_records(
     batches: Iterator[list[RawRecord]], setting: FlightReadSettings, path: Path
 ) -> DecodedFlight:
     first = next(batches, [])
-    channel_map = setting.channel_map or guess_channel_map(first, path)
+    channel_map = setting.channel_map or guess_channel_map(first, path, setting)
     decoder = setting.decoder(channel_map)
 
     def blocks() -> Iterator[Block]:
@@ -528,14 +531,23 @@ def _decode_records(
     )
 
 
-def guess_channel_map(records: Sequence[RawRecord], path: Path) -> ChannelMap:
+def guess_channel_map(
+    records: Sequence[RawRecord],
+    path: Path,
+    setting: FlightReadSettings | None = None,
+) -> ChannelMap:
     """Return the shipped map that fits what a record begins with.
 
     The box of the B777 sends an array called ``daq``; other autopilots name themselves in their
-    heartbeats. `UnmappedError` if none is known to fit.
+    heartbeats. What a stranger sends does not count. `UnmappedError` if none is known to fit.
     """
+    chosen = setting or FlightReadSettings()
+    senders = SenderFilter(
+        LinkHealth(), NoticeLog(lambda _stamp: None), chosen.system, chosen.address
+    )
+    accepted: list[RawRecordLike] = [*senders.feed(records), *senders.finish()]
     autopilots: Counter[int] = Counter()
-    for record in records:
+    for record in accepted:
         if record.kind != "frame":
             continue
         message, payload = _message(record.data)

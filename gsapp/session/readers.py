@@ -113,7 +113,9 @@ class RecordReader:
 
     def _decide(self) -> list[RawRecord]:
         try:
-            channel_map = guess_channel_map(self._held[: MONITORS.map_guess_records], self._path)
+            channel_map = guess_channel_map(
+                self._held[: MONITORS.map_guess_records], self._path, self._setting
+            )
         except FlightError as error:
             if not self._grows:
                 raise

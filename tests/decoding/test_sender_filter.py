@@ -1,11 +1,14 @@
 """Frames of a system from one address only, whatever the pieces in which they are fed."""
 
+from pathlib import Path
+
 import pytest
 
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.sender_filter import FrameOrigin, host_of
 from gsapp.decoding.settings import DECODING
+from gsapp.flight.flight_loader import guess_channel_map
 from gsapp.flight.raw_files.record_files import RawRecord
 from tests.decoding.decoding_kit import Sender, assert_same, decode_in_chunks
 
@@ -96,6 +99,19 @@ def test_only_signed_frames_are_taken_where_signatures_are_checked() -> None:
     reasons = {reason: one.count for (_, _, reason), one in made.health.rejected.items()}
     assert reasons == {"unsigned": 1, "false": 1, "replayed": 1}
     assert [one.system for one in made.health.report().senders if one.radio] == [51]
+
+
+def test_a_stranger_does_not_choose_the_channel_map(tmp_path: Path) -> None:
+    home, forged = Sender(), Sender()
+    records = [
+        at(forged.daq(0, 1000, [1.0]), ELSEWHERE),
+        at(heartbeat(home, 1000), HOME),
+        at(forged.daq(2000, 2000, [1.0]), ELSEWHERE),
+    ]
+    names = [load_channel_map(name).name for name in ("ardupilot-plane", "b777")]
+    assert guess_channel_map(records, tmp_path).name == names[0]
+    trusted = [record._replace(origin=FrameOrigin()) for record in records]
+    assert guess_channel_map(trusted, tmp_path).name == names[1]
 
 
 @pytest.mark.parametrize(
