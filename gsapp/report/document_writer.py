@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from base64 import b64encode
 from collections.abc import Mapping
@@ -14,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from gsapp.foundation import GroundStationError, write_atomically
+from gsapp.foundation.delimited_text import delimited_text
 from gsapp.quantities import typeset
 from gsapp.report.document import (
     FIGURE_WIDTH,
@@ -89,7 +89,8 @@ def export_figure(picture: DocumentFigure, ending: str) -> bytes:
             raise GroundStationError(
                 f"the picture '{picture.name}' has no numbers; save it as .png, .pdf or .svg"
             )
-        return format_delimited_table(picture.numbers(), _SEPARATORS[ending]).encode("utf-8")
+        table = picture.numbers()
+        return delimited_text([table.columns, *table.rows], _SEPARATORS[ending]).encode("utf-8")
     if ending not in _METADATA:
         raise GroundStationError(
             f"a figure cannot be written as '{ending}'; give a name that ends in .png, .pdf, "
@@ -102,15 +103,6 @@ def export_figure(picture: DocumentFigure, ending: str) -> bytes:
         content = io.BytesIO()
         figure.savefig(content, format=ending[1:], metadata=_METADATA[ending])
     return content.getvalue()
-
-
-def format_delimited_table(table: DocumentTable, between: str) -> str:
-    """Return a table as lines of text: separated by commas for a file, by tabs for a clipboard."""
-    lines = io.StringIO()
-    writer = csv.writer(lines, delimiter=between, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows(table.rows)
-    return lines.getvalue()
 
 
 def check_report_path(out: Path) -> None:

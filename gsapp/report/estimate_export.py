@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Final
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model, format_model
+from gsapp.foundation.delimited_text import delimited_text
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.linear_model_files import linear_model_text
@@ -132,7 +132,7 @@ def _derivatives_csv(summary: CampaignSummary) -> str:
         )
         for name, one in summary.derivatives.items()
     ]
-    return _csv(rows)
+    return delimited_text(rows)
 
 
 def _values_csv(summary: CampaignSummary) -> str:
@@ -157,13 +157,7 @@ def _values_csv(summary: CampaignSummary) -> str:
             )
             for point in one.points
         ]
-    return _csv(rows)
-
-
-def _csv(rows: Sequence[tuple[str, ...]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
+    return delimited_text(rows)
 
 
 def _mat(summary: CampaignSummary, models: Mapping[LinearAxis, LinearModel]) -> bytes:

@@ -23,6 +23,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QFrame, QSizePolicy, QVBoxLayout, QWidget
 
+from gsapp.foundation.delimited_text import delimited_text
 from gsapp.quantities import FloatArray
 from ui.display_style import DisplayStyle
 from ui.number_format import MINUS, clock_text, sanitize_file_name
@@ -33,7 +34,6 @@ from ui.widgets.figure_menu import ContentFunction, FigureMenu, render_widget
 from ui.widgets.flow_layout import FlowLayout, arrange, clear_layout
 from ui.widgets.labels import create_label
 from ui.widgets.paint_primitives import curve_color, paint_focus_frame, paint_readout
-from ui.widgets.table_menu import format_delimited_rows
 
 _MIN_HEIGHT = 168  # Points of height below which a plot says too little.
 _MOST_POINTS = 4000
@@ -223,9 +223,7 @@ class AnalysisPlot(QFrame):
                 for curve in curves
                 for x, y in zip(curve.x, curve.y, strict=True)
             )
-            return format_delimited_rows(
-                [heading, *points], "," if ending == ".csv" else "\t"
-            ).encode()
+            return delimited_text([heading, *points], "," if ending == ".csv" else "\t").encode()
 
         return rows
 

@@ -5,8 +5,6 @@ Copied texts are what the table shows, separated by tabs.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -21,6 +19,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QTableView, QWidget
 
+from gsapp.foundation.delimited_text import delimited_text
 from ui.dialogs.file_dialogs import ask_and_save
 from ui.number_format import MINUS, sanitize_file_name
 from ui.translation import tr
@@ -28,22 +27,15 @@ from ui.translation import tr
 TableRows = Sequence[Sequence[str]]
 
 
-def format_delimited_rows(rows: TableRows, between: str) -> str:
-    """Return rows as lines of text: separated by commas for a file, by tabs for a clipboard."""
-    lines = io.StringIO()
-    csv.writer(lines, delimiter=between, lineterminator="\n").writerows(rows)
-    return lines.getvalue()
-
-
 def copy_rows(rows: TableRows) -> None:
     """Put rows on the clipboard, for a spreadsheet."""
-    lines = ("\t".join(cell.replace("\n", " ") for cell in row) for row in rows)
-    QGuiApplication.clipboard().setText("\n".join(lines))
+    text = delimited_text(([cell.replace("\n", " ") for cell in row] for row in rows), "\t")
+    QGuiApplication.clipboard().setText(text.removesuffix("\n"))
 
 
 def format_csv(rows: TableRows) -> str:
     """Return rows as CSV, with the minus sign that other programs read."""
-    return format_delimited_rows([[cell.replace(MINUS, "-") for cell in row] for row in rows], ",")
+    return delimited_text([cell.replace(MINUS, "-") for cell in row] for row in rows)
 
 
 def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tuple[QAction, ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -19,6 +17,7 @@ from gsapp.flight.catalog.records import (
 from gsapp.flight.catalog.store import Catalog, select_where
 from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
 from gsapp.foundation import FlightError
+from gsapp.foundation.delimited_text import delimited_text
 
 _NOT_DELETED: Final = """(r.kept IS NULL
     OR r.kept IN (SELECT id FROM kept_runs WHERE forgotten_at IS NULL))"""
@@ -207,22 +206,17 @@ def maneuvers_csv(found: Sequence[StoredManeuver]) -> str:
     channels = [name for name in CONDITION_CHANNELS if any(name in one.conditions for one in found)]
     columns = ["flight", "id", "t_start", "t_end", "inputs", "kind", "amplitude", "grade"]
     columns += ["reasons", "verdict", "note", *channels]
-    rows = []
+    rows: list[Sequence[object]] = [columns]
     for one in found:
         maneuver = one.maneuver
-        rows.append(
-            {
-                **maneuver.to_json(),
-                "flight": one.flight,
-                "inputs": "+".join(maneuver.inputs),
-                "reasons": "; ".join(maneuver.reasons),
-                "verdict": one.verdict,
-                "note": maneuver.note,
-                **{name: one.conditions[name].mean for name in channels if name in one.conditions},
-            }
-        )
-    table = io.StringIO()
-    writer = csv.DictWriter(table, columns, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return table.getvalue()
+        cells = {
+            **maneuver.to_json(),
+            "flight": one.flight,
+            "inputs": "+".join(maneuver.inputs),
+            "reasons": "; ".join(maneuver.reasons),
+            "verdict": one.verdict,
+            "note": maneuver.note,
+            **{name: one.conditions[name].mean for name in channels if name in one.conditions},
+        }
+        rows.append([cells.get(column, "") for column in columns])
+    return delimited_text(rows)
