@@ -11,6 +11,7 @@ from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import Alarm, SampleHistory, Session, SessionSnapshot
+from gsapp.session.equipment_monitor import LinkSummary
 from gsapp.session.feeds import ReplayFeed
 from ui.background_job import JobProgress
 from ui.commands import CommandRequirement
@@ -22,6 +23,7 @@ from ui.recorder_controller import PendingFlight, RecorderController
 from ui.session_poller import SessionPoller
 from ui.settings import SettingsStore
 from ui.translation import tr
+from ui.window_frame.status_bar_model import describe_assumed_address
 
 _SETTLING_MS = 500  # From the opening of a flight until its charts stand.
 
@@ -61,6 +63,7 @@ class FlightController(QObject):
         self._finished = False
         self._problem = ""
         self._remarked = False
+        self._is_address_announced = False
         self._back_to: float | None = None
         self.recorders = RecorderController(lambda: self.session, error_reporter, self)
         self.recorders.changed.connect(self.refreshed)
@@ -170,6 +173,15 @@ class FlightController(QObject):
             )
             self.flight_opener.reload(session, session.calibration.override_source or None)
 
+    def _announce_address(self, link: LinkSummary) -> None:
+        """Say once which address on a network is taken for the aircraft without a choice."""
+        if self._is_address_announced or link.system is None or not link.assumed_address:
+            return
+        self._is_address_announced = True
+        # On this computer it is the virtual aircraft or a program of the crew; the tile tells it.
+        if not link.assumed_address.startswith("127."):
+            self.flight_message_posted.emit("note", describe_assumed_address(link))
+
     def _show(self, begun: PendingFlight, back_to: float | None) -> None:
         session = begun.session
         if session is None:
@@ -181,7 +193,7 @@ class FlightController(QObject):
         self._back_to = back_to
         self.session = session
         self.recorders.aircraft = aircraft
-        self._finished = self._remarked = False
+        self._finished = self._remarked = self._is_address_announced = False
         self._problem = ""
         self._moved_to = self._landed_at = self._system = None
         self.poller.set_session(session)
@@ -237,6 +249,8 @@ class FlightController(QObject):
         self._snapshot = snapshot = session.snapshot()
         self._follow_choice(session)
         equipment = session.equipment
+        if equipment is not None:
+            self._announce_address(equipment.link)
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to
             self.flight_opener.open_flight(self._moved_to)

@@ -137,6 +137,7 @@ class LinkReport:
     system: int | None
     """The flown system, heard or chosen; None before it is known, and for lines of text."""
     is_system_selected: bool  # Whether the crew or the channel map has named it.
+    is_address_selected: bool  # Whether the crew has named the address that it sends from.
     flown: SenderHealth | None
     """The flown aircraft; None before it is heard, and for lines of text."""
     senders: tuple[SenderHealth, ...]
@@ -284,13 +285,15 @@ class LinkHealth:
     Feed it raw records in their order; ask for a `report` whenever one is wanted. Who decodes the
     frames sets `flown`, system and component of the aircraft of which age, rate and loss are
     reported, and `chosen`, whether the crew or the channel map has named that system. A
-    `gsapp.decoding.sender_filter.SenderFilter` sets `addresses`, by system, and `rejected`.
+    `gsapp.decoding.sender_filter.SenderFilter` sets `addresses`, by system, `rejected`, and
+    `address_chosen`, whether the crew has named that of the flown system.
     """
 
     def __init__(self) -> None:
         self.flown: tuple[int, int] | None = None
         self.chosen = False
         self.addresses: dict[int, str] = {}
+        self.address_chosen = False
         self.rejected: dict[tuple[int, str, str], RejectedSender] = {}
         self._known = wire_formats()
         self._times = time_fields()
@@ -543,6 +546,7 @@ class LinkHealth:
             loss=loss,
             system=None if self.flown is None else self.flown[0],
             is_system_selected=self.chosen,
+            is_address_selected=self.address_chosen,
             flown=flown,
             senders=senders,
             messages=tuple(self._message_reports(now)),

@@ -139,6 +139,7 @@ class SenderFilter:
             exact = host_of(address) != address
             self._pins[system] = _Pin(address, confirmed=True, is_exact=exact)
             health.addresses[system] = address
+            health.address_chosen = True
 
     def feed(self, records: Iterable[RecordT]) -> list[RecordT]:
         """Return the records that are accepted, those that waited before what follows them."""

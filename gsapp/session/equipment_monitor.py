@@ -31,6 +31,9 @@ class LinkSummary:
     severity: Severity = Severity.NORMAL
     system: int | None = None
     """The flown system; None before it is known, and for lines of text."""
+    assumed_address: str = ""
+    """Where its first heartbeat came from, if it is taken from there without a choice of the crew.
+    """
     problem: str = ""
     """Why no aircraft is heard and what to try, in sentences; empty where one is."""
     rate: float = 0.0
@@ -486,6 +489,9 @@ def build_link_summary(
         state=words,
         severity=severity,
         system=report.system,
+        assumed_address=(
+            "" if report.flown is None or report.is_address_selected else report.flown.address
+        ),
         rate=report.rate,
         age=age,
         loss=report.loss if loss is None else loss,

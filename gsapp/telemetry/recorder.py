@@ -14,11 +14,12 @@ import shutil
 import threading
 import time
 from collections import Counter, OrderedDict, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
 from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
+from gsapp.decoding.health import RADIO_MESSAGES
 from gsapp.decoding.sender_filter import FrameOrigin
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
@@ -27,7 +28,7 @@ from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
-from gsapp.telemetry.send_queue import GroundPacker, SendQueue
+from gsapp.telemetry.send_queue import GroundPacker, SendQueue, frame_message_id
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import SignatureVerifier
 from gsapp.telemetry.sources import Chunk, LinkSource
@@ -283,7 +284,7 @@ class Recorder:
                 written.sync_error
                 and not (written.error or written.dropped_bytes or written.lost_bytes)
             ),
-            warnings=self._warnings(free, seconds),
+            warnings=[*self._warnings(free, seconds), *_signature_warnings(self._signatures)],
             notes=[*written.notes, *filter(None, (self._relocation,))],
             listen_only=self._listen_only,
             heartbeats=self._heartbeats,
@@ -400,7 +401,8 @@ class Recorder:
         if self._verifier is None or not isinstance(item, MavlinkFrame):
             return ""
         found = self._verifier.verify(item.data)
-        self._signatures[found] += 1
+        if not (found == "unsigned" and frame_message_id(item.data) in RADIO_MESSAGES):
+            self._signatures[found] += 1
         return found
 
     def _tend(self, now: float) -> None:
@@ -462,6 +464,19 @@ class Recorder:
             if time.monotonic() >= next_sync:
                 next_sync = time.monotonic() + TELEMETRY.sync_interval
                 self.writer.sync()
+
+
+def _signature_warnings(signatures: Mapping[str, int]) -> list[str]:
+    words = {
+        "unsigned": "are not signed",
+        "false": "have a false signature",
+        "replayed": "have a signature out of date (replayed, or a clock is wrong)",
+    }
+    return [
+        f"{signatures[state]} frames {text}: recorded, not decoded."
+        for state, text in words.items()
+        if signatures.get(state)
+    ]
 
 
 class _Rate:

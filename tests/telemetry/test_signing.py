@@ -169,6 +169,9 @@ def test_other_frames_are_counted_announced_and_not_decoded(
     assert report.vehicles == ()
     session.close()
     assert set(field.signatures()) == {state}
+    status = field.recorder.status()
+    assert status is not None
+    assert len(status.warnings) == 1
     assert len(RawTail(field.folder).poll()) > 0  # all the same recorded
 
 

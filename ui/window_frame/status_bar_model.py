@@ -127,6 +127,16 @@ def _flight(facts: StatusBarData) -> StatusItem:
     )
 
 
+def describe_assumed_address(link: LinkSummary) -> str:
+    """Return where the aircraft is taken from without a choice of the crew; empty for a choice."""
+    if link.system is None or not link.assumed_address:
+        return ""
+    return tr(
+        "System {system} at {address} is taken as the aircraft: its autopilot was heard first. "
+        "Click LINK to choose another."
+    ).format(system=link.system, address=link.assumed_address)
+
+
 def _link(facts: StatusBarData) -> StatusItem:
     link = facts.link
     if link is None:
@@ -139,7 +149,7 @@ def _link(facts: StatusBarData) -> StatusItem:
             width=176,
         )
     port = facts.recorder.source_state if facts.recorder is not None else ""
-    said = (link.problem, *link.remarks, f"{port}." if port else "")
+    said = (link.problem, describe_assumed_address(link), *link.remarks, f"{port}." if port else "")
     remarks = " ".join(filter(None, said))
     state = _STATES[link.severity]
     name = (
