@@ -57,7 +57,7 @@ def flight_csv(path: Path, count: int = 500, rate: float = 50.0) -> Path:
 def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
     assert {cue["kind"] for cue in told["cues"]} >= {"trim"}
     assert isinstance(told["verdicts"], list)
-    beside = ("cues", "verdicts", "flown", "senders", "messages")
+    beside = ("cues", "verdicts", "flown", "senders", "messages", "rejected")
     rest = {name: told[name] for name in told if name not in beside}
     rest["events"] = [event for event in told["events"] if event["kind"] != "alarm"]
     whole = json.loads(json.dumps(summarize_flight(flight)))

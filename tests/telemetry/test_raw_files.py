@@ -15,6 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.framing import Framer, LineFramer, Residue
+from gsapp.decoding.sender_filter import FrameOrigin
+from gsapp.flight.file_names import SENDERS_FILE
 from gsapp.flight.raw_files import (
     FRAMES_FILE,
     LINES_FILE,
@@ -487,3 +489,64 @@ def test_a_disk_that_was_pulled_out_is_written_to_again_when_it_is_back(
     assert (writer.state.error, writer.state.waiting_bytes) == ("", 0)
     writer.close()
     assert [record.data for record in RawTail(folder).poll()] == sent
+
+
+def test_senders_are_read_as_far_as_frames_need_them(tmp_path: Path, frames) -> None:
+    """Two take turns for so long that the file has several blocks; a late poll finds the rest."""
+    sent = frames(2)
+    origins = [FrameOrigin(f"10.0.0.{k}:14550", "valid") for k in (1, 2)]
+    writer, framer = RawWriter(tmp_path), Framer()
+    count = 60_000
+    for k in range(count):
+        writer.append(1_700_000_000_000_000 + k, framer.feed(sent[k % 2]), origins[k % 2])
+    tail = RawTail(tmp_path)
+    assert (tmp_path / SENDERS_FILE).stat().st_size > 2 << 20
+    first = tail.poll(10)
+    assert [record.origin for record in first] == [origins[k % 2] for k in range(10)]
+    assert len(tail._senders.records) < count - 10_000
+    rest = tail.poll()
+    writer.append(1_700_000_000_900_000, framer.feed(sent[0]))
+    writer.close()
+    last = tail.poll()
+    whole = [*first, *rest, *last]
+    assert [record.origin for record in whole] == [origins[k % 2] for k in range(count)] + [
+        FrameOrigin()
+    ]
+    assert [record.origin for record in RawTail(tmp_path).poll()] == [r.origin for r in whole]
+
+
+def test_a_record_that_goes_on_has_its_own_sender(tmp_path: Path, frames) -> None:
+    """Continued over a link without addresses, frames do not become those of the former sender."""
+    one, two = frames(2)
+    for stamp, frame, origin in ((1, one, FrameOrigin("10.0.0.1:5")), (2, two, FrameOrigin())):
+        writer = RawWriter(tmp_path)
+        writer.append(stamp, Framer().feed(frame), origin)
+        writer.close()
+    assert [r.origin for r in RawTail(tmp_path).poll()] == [
+        FrameOrigin("10.0.0.1:5"),
+        FrameOrigin(),
+    ]
+
+
+def test_a_full_disk_never_gives_frames_to_another_sender(tmp_path: Path, frames) -> None:
+    """What memory drops are the oldest frames; those that stay keep their sender."""
+    (frame,) = frames(1)
+    full = True
+
+    def write(descriptor: int, data: bytes) -> int:
+        if full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return os.write(descriptor, data)
+
+    writer = RawWriter(tmp_path, memory_bytes=2000, write=write)
+    for k in range(1000):
+        origin = FrameOrigin(f"10.0.0.{k // 10 % 7}:5")
+        writer.append(1_700_000_000_000_000 + k, Framer().feed(frame), origin)
+    assert writer.state.waiting_bytes < 3000
+    full = False
+    writer.close()
+    kept = RawTail(tmp_path).poll()
+    assert 0 < len(kept) < 100
+    for record in kept:
+        k = record.stamp_us - 1_700_000_000_000_000
+        assert record.origin.address == f"10.0.0.{k // 10 % 7}:5"

@@ -312,7 +312,12 @@ class SendersFile(LineFile):
         """Return records, the next ones in the order of their stamps, frames with their origin."""
         if not records:
             return records
-        self.read(self.size())
+        last, size = records[-1].stamp_us, self.size()
+        # No more than is needed: where senders take turns, there is an entry for every frame.
+        while self.last_read_stamp <= last:
+            self.read(size, blocks=1)
+            if self.exhausted:
+                break
         if not self.records and self._origin == UNKNOWN_ORIGIN:
             return records
         labeled = []
