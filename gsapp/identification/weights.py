@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, field_validator
 
@@ -16,6 +16,8 @@ from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import channel, normalize_unit, to_si
 
 SHIPPED_WEIGHTS = ShippedFiles(folder=Path(__file__).parent / "weights", kind="weights")
+_LARGEST = 1_000_000_000
+Weight = Annotated[float, Field(strict=True)]
 
 
 class Weights(StrictModel):
@@ -25,10 +27,10 @@ class Weights(StrictModel):
     source: str = ""
     units: dict[str, str] = Field(default_factory=dict)
     """By response: unit of the residual that the weight multiplies. SI where left out."""
-    default: dict[str, float] = Field(default_factory=dict)
+    default: dict[str, Weight] = Field(default_factory=dict)
     """Weights for every flight, in those units: a residual of one unit adds half the weight to the
     sum of (5.1.4). 0 switches a response off."""
-    flights: dict[str, dict[str, float]] = Field(default_factory=dict)
+    flights: dict[str, dict[str, Weight]] = Field(default_factory=dict)
     """By flight: what differs from the default."""
 
     @field_validator("units")
@@ -99,5 +101,7 @@ def _check_responses(value: Mapping[str, object]) -> None:
 def _check_weights(value: Mapping[str, float]) -> None:
     _check_responses(value)
     for name, weight in value.items():
-        if not 0.0 <= weight < math.inf:
-            raise ValueError(f"the weight of {name} is {weight:g}; give 0 or more")
+        if not 0.0 <= weight <= _LARGEST:
+            raise ValueError(
+                f"the weight of {name} is {weight:g}; give 0 or more, {_LARGEST:g} at most"
+            )

@@ -185,6 +185,18 @@ class FlightPlan(StrictModel):
     faults: tuple[SensorFault, ...] = ()
     """What goes wrong with the instruments."""
 
+    @model_validator(mode="after")
+    def _ends(self) -> FlightPlan:
+        checked = len(self.range_check.pulses) * self.range_check.spacing
+        ground = (self.engines.start, self.engines.running, self.range_check.at, checked)
+        flown = [one.duration + one.quiet + self.pattern.leg for one in self.maneuvers]
+        if not sum(map(abs, (*ground, *flown))) <= VIRTUAL.max_planned_time:
+            raise ValueError(
+                f"the flight would take longer than {VIRTUAL.max_planned_time / 3600.0:g} hours; "
+                "shorten engines, legs or maneuvers"
+            )
+        return self
+
 
 def with_cards(plan: FlightPlan, cards: CardSet, aircraft: Aircraft) -> FlightPlan:
     """Return a plan whose maneuvers are those of test cards, each with its repeats.

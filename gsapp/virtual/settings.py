@@ -31,6 +31,7 @@ class VirtualAircraftSettings:
     takeoff_start_along: float = -110.0  # Where the take-off run begins, m.
     max_legs: int = 60  # A pilot who has not found a quiet leg by then lands.
     pilot_position_across: float = -12.0  # m, from the runway, off the pattern.
+    max_planned_time: float = 6 * 3600.0  # s of a whole flight.
     card_settling_time: float = 5.0  # s of a leg before the input of a test card.
     card_quiet_time: float = 4.0  # s that the sticks are left alone after it.
     hanging_angle: float = math.radians(8.0)  # rad, of pitch above path: seen to hang.

@@ -17,15 +17,16 @@ from gsapp.decoding.channel_map import load_channel_map
 from gsapp.dynamics.model import load_model
 from gsapp.excitation.alerts.geofence import load_geofence
 from gsapp.flight.cards import load_cards
+from gsapp.flight.cards.card import SHIPPED_CARDS
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError
 from gsapp.identification.linear_models.linear_model_files import load_linear_model
-from gsapp.identification.weights import load_weights
+from gsapp.identification.weights import SHIPPED_WEIGHTS, load_weights
 from gsapp.session.checklist.items import load_checklist
 from gsapp.session.limits import load_limits
-from gsapp.virtual.flight_plan import load_flight_plan
+from gsapp.virtual.flight_plan import SHIPPED_PLANS, load_flight_plan
 from ui.settings import SettingsStore
 from ui.strips.strip_layout import load_layout
 
@@ -107,6 +108,35 @@ def test_a_linear_model_holds_finite_numbers(tmp_path: Path, number: str) -> Non
     path.write_text("\n".join(lines).replace("-1.0", number))
     with pytest.raises(GroundStationError, match=r"A\b"):
         load_linear_model(path)
+
+
+CHANGES = {
+    "amplitude of a card": (load_cards, SHIPPED_CARDS.find("b777"), 'amplitude = "4.5 deg"'),
+    "throttle of a plan": (load_flight_plan, SHIPPED_PLANS.find("short"), "throttle = 1.0"),
+    "leg of a plan": (load_flight_plan, SHIPPED_PLANS.find("short"), 'leg = "8 s"'),
+    "a weight": (load_weights, SHIPPED_WEIGHTS.find("table-6.2.7"), "q = 8"),
+}
+WRONG = (
+    "nan", "inf", "1e999", "1e300", '"nan deg"', '"1e999 s"', '"1e300 s"', "[[1]]", "{}", "true",
+    "9" * 400, '"one"',
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("number", WRONG)
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_number_that_is_none_is_refused(
+    tmp_path: Path, change: tuple[Callable[[Path], object], Path, str], number: str
+) -> None:
+    load, shipped, good = change
+    text = shipped.read_text(encoding="utf-8")
+    assert good in text
+    path = tmp_path / "odd.toml"
+    path.write_text(text, encoding="utf-8")
+    load(path)
+    path.write_text(text.replace(good, f"{good.partition(' =')[0]} = {number}", 1))
+    with pytest.raises(GroundStationError, match=r"odd\.toml") as caught:
+        load(path)
+    assert len(str(caught.value)) < 1000
 
 
 SWINGS = """

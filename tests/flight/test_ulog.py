@@ -148,3 +148,25 @@ def test_a_topic_that_was_never_published_does_not_begin_the_flight(tmp_path: Pa
     assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
     (remark,) = flight.remarks
     assert "vehicle_attitude[0]" in remark
+
+
+FORMATS = {
+    "an array of gigabytes": (b"uint64_t timestamp;float[999999999] a;",),
+    "a size of thousands of digits": (b"uint64_t timestamp;float[" + b"9" * 5000 + b"] a;",),
+    "more than a message holds": (b"uint64_t timestamp;y[65535] a;", b"y:float a;float b;"),
+    "itself inside": (b"uint64_t timestamp;x[65535] a;x[65535] b;x[9] c;float d;",),
+    "nothing but itself": (b"x[65535] a;" + b"".join(b"x c%d;" % k for k in range(500)),),
+    "the name of the head": (b"uint64_t timestamp;float _head;",),
+}
+
+
+@pytest.mark.parametrize("formats", FORMATS.values(), ids=FORMATS)
+def test_formats_that_no_message_has_are_passed_over(
+    tmp_path: Path, formats: tuple[bytes, ...]
+) -> None:
+    log = short_log() + message("F", b"x:" + formats[0])
+    log += b"".join(message("F", one) for one in formats[1:])
+    log += message("A", struct.pack("<BH", 0, 9) + b"x")
+    log += message("D", struct.pack("<HQf", 9, 1_500_000, 1.0)) * 3
+    read = read_ulog(written(tmp_path, log))
+    assert set(read.messages) == {"sensor_combined", "vehicle_attitude"}

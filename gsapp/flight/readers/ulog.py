@@ -227,7 +227,7 @@ class _Scan:
         while fields and fields[-1][0].startswith(_PADDING):
             fields.pop()  # the logger leaves these out
         names = [one[0] for one in fields]
-        if not names or _HEAD_FIELD in names or len(set(names)) < len(names):
+        if not 0 < len(names) <= _MOST_FIELDS or len({_HEAD_FIELD, *names}) <= len(names):
             return
         dtype: np.dtype[np.void] = np.dtype([(_HEAD_FIELD, f"V{_HEAD.size}"), *fields])
         self._topics[number] = (name, str(self.data[place + 3])), dtype
@@ -237,7 +237,7 @@ class _Scan:
     def _fields(self, form: str, depth: int = 0) -> list[tuple[Any, ...]]:
         """Return name, type and count of a format's fields, those of formats inside it spread.
 
-        Nothing where they are more than a message holds: damaged formats contain themselves.
+        One more than a message holds at most: damaged formats contain themselves.
         """
         if (form, depth) in self._spread:
             return self._spread[form, depth]
@@ -255,7 +255,7 @@ class _Scan:
                     fields += [(prefix + one, *rest) for one, *rest in inner]
                     if len(fields) > _MOST_FIELDS:
                         break
-        self._spread[form, depth] = fields if len(fields) <= _MOST_FIELDS else []
+        self._spread[form, depth] = fields[: _MOST_FIELDS + 1]
         return self._spread[form, depth]
 
     def records(self) -> dict[MessageKey, _Samples]:

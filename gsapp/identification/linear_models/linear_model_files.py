@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from gsapp.dynamics.linearization import LinearModel, OperatingPoint
 from gsapp.flight.readers.columns import parse_name
@@ -23,7 +23,7 @@ PUBLISHED_AIRCRAFT = "B777"
 """The aircraft that the published models and errors are of, by the name in its file."""
 _ERRORS = Path(__file__).parent / "published_errors.toml"
 _LARGEST = 1_000_000_000
-MatrixRows = tuple[tuple[float, ...], ...]
+MatrixRows = tuple[tuple[Annotated[float, Field(strict=True)], ...], ...]
 
 
 class LinearModelFile(StrictModel):
