@@ -446,3 +446,32 @@ def test_text_logs_name_modes_and_say_what_they_are_not(tmp_path):
     path.write_text("12:00:01 started\n12:00:02 stopped\n")
     with pytest.raises(FlightError, match="not an ArduPilot log"):
         load_flight(path)
+
+
+def test_a_format_that_describes_formats_otherwise_is_passed_over(tmp_path):
+    log = flight_log(count=20)[0]
+    odd = struct.pack("<3sBB4s16s64s", b"\xa3\x95\x80", 128, 40, b"FMT", b"BBn", b"a,b,c")
+    path = tmp_path / "x.bin"
+    path.write_bytes(log[:89] + odd + log[89:])
+    assert "IMU" in read_dataflash(path).messages
+
+
+def test_a_column_may_be_called_as_the_header_is_here(tmp_path):
+    log = flight_log(count=20)[0]
+    odd = struct.pack("<3sBB4s16s64s", b"\xa3\x95\x80", 99, 12, b"ODD", b"Qb", b"TimeUS,_header")
+    path = tmp_path / "x.bin"
+    path.write_bytes(log + odd + (b"\xa3\x95\x63" + bytes(9)) * 3)
+    assert "ODD" not in read_dataflash(path).messages
+
+
+def test_one_long_text_costs_no_memory_for_all_others(tmp_path):
+    """Each text of a column takes as many bytes as the longest."""
+    head = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
+    head += "FMT, 50, 75, MSG, QZ, TimeUS,Message\n"
+    lines = [f"MSG, {1000 * k}, text" for k in range(20_000)]
+    lines[5] = "MSG, 5000, " + "x" * 10_000_000
+    path = tmp_path / "x.log"
+    path.write_text(head + "\n".join(lines) + "\n")
+    texts = [event.text for event in read_dataflash(path).events if event.kind == "status"]
+    assert len(texts) == 20_000
+    assert max(map(len, texts)) == 256

@@ -209,7 +209,8 @@ def _scan(
         positions.setdefault(kind, []).append(place)
         if kind == _FMT:
             form = _format(data[place + 3 : after])
-            if form is not None:
+            # A damaged one may describe descriptions themselves otherwise.
+            if form is not None and (form.type != _FMT or form.length == _FMT_LENGTH):
                 formats[form.type] = form
                 lengths[form.type] = form.length
         place = after
