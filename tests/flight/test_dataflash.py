@@ -475,3 +475,45 @@ def test_one_long_text_costs_no_memory_for_all_others(tmp_path):
     texts = [event.text for event in read_dataflash(path).events if event.kind == "status"]
     assert len(texts) == 20_000
     assert max(map(len, texts)) == 256
+
+
+ODD_FORMATS = {
+    "a value of a parameter as text": ("PARM", "QNff", "QNnf"),
+    "a stamp as text": ("IMU", "QBffffff", "ZBffffff"),
+    "an array for a text": ("MSG", "QZ", "Qa"),
+    "a letter that none knows": ("ATT", "QccC", "?ccC"),
+}
+
+
+@pytest.mark.parametrize(("name", "good", "odd"), ODD_FORMATS.values(), ids=ODD_FORMATS)
+@pytest.mark.parametrize("as_lines", [False, True])
+def test_a_damaged_letter_of_a_format_costs_that_message_alone(tmp_path, name, good, odd, as_lines):
+    writer = BinWriter()
+    writer.types |= {f"T{kind}": (kind, "<B") for kind in range(129, 170)}
+    writer.define("PARM", "QNff", "TimeUS,Name,Value,Default")
+    writer.write("PARM", 1_000_000, b"X_Y", 1.0, 2.0)
+    path = tmp_path / "x.bin"
+    path.write_bytes(flight_log(count=20)[0] + bytes(writer.data))
+    if as_lines:
+        log = as_text(path).replace(f"{name}, {good},", f"{name}, {odd},", 1).encode()
+    else:
+        made = name.encode().ljust(4, b"\0") + good.encode()
+        log = path.read_bytes().replace(made, name.encode().ljust(4, b"\0") + odd.encode(), 1)
+    assert log != path.read_bytes()
+    path.write_bytes(log)
+    read = read_dataflash(path)
+    for table in read.tables.values():
+        assert all(values.size >= 0 for values in table.fields.values())
+    assert "BARO" in read.messages
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "1e400", "", "9" * 400])
+@pytest.mark.parametrize("line", ["IMU, 1050000, ", "MODE, 1000000, "])
+def test_a_number_of_a_text_log_that_is_none_costs_its_line(tmp_path, line, number):
+    path = tmp_path / "x.bin"
+    path.write_bytes(flight_log(count=20)[0])
+    text = as_text(path) + "FMT, 170, 12, MODE, QM, TimeUS,Mode\r\nMODE, 1000000, 5\r\n"
+    assert line in text
+    path.write_text(text.replace(line + "0", line + number, 1).replace(line + "5", line + number))
+    read = read_dataflash(path)
+    assert sum(table.times.size for key, table in read.tables.items() if key[0] == "IMU") >= 39

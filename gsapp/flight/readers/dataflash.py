@@ -129,6 +129,9 @@ def _read_text(file: Path, data: bytes) -> ForeignLog:
     messages, lost = scan_text(data)
     records: _Records = {}
     for name, message in messages.items():
+        if not _LETTERS.keys() >= set(message.letters):
+            lost += len(message.lines)
+            continue
         rows, places = message.rows()
         form = _Format(
             type=message.type,
@@ -329,6 +332,12 @@ class _Scales:
         return form.columns[index] if 0 <= index < len(form.columns) else None
 
 
+def _holds_number(rows: npt.NDArray[np.void], column: str) -> bool:
+    """Return whether records have a column of that name with one number in each."""
+    fields: Mapping[str, Any] = rows.dtype.fields or {}
+    return column in fields and fields[column][0].kind in "iuf"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Group:
     """The records of one message and instance."""
@@ -341,7 +350,7 @@ class _Group:
 
     def stated_times(self) -> RecordTimes:
         for stamp, unit in _STAMPS.items():
-            if stamp in self.form.columns:
+            if _holds_number(self.rows, stamp):
                 return RecordTimes(places=self.places, times=self.rows[stamp] * unit)
         return RecordTimes(
             places=self.places, times=np.full(self.places.size, np.nan), stamped=False
@@ -377,9 +386,10 @@ def _instance_groups(records: _Records) -> dict[MessageKey, _Group]:
     for name, (form, rows, places) in records.items():
         instance = scales.instance_column(form)
         chosen: dict[str, Any] = {"": slice(None)}
-        if instance is not None:
+        if instance is not None and _holds_number(rows, instance):
             numbers = rows[instance]
-            chosen = {str(int(number)): numbers == number for number in np.unique(numbers).tolist()}
+            known = np.unique(numbers[np.isfinite(numbers)]).tolist()
+            chosen = {str(int(number)): numbers == number for number in known}
         for selector, which in chosen.items():
             groups[name, selector] = _Group(
                 form=form,
@@ -398,12 +408,15 @@ def _events(groups: Mapping[MessageKey, _Group], clock: BootClock) -> tuple[Even
     modes: list[Event] = []
     for time, row in _rows(groups, clock, "MODE", "Mode"):
         named = row["Mode"]
+        if not (isinstance(named, bytes) or np.isfinite(named)):
+            continue
         mode = _words(named) if isinstance(named, bytes) else ardupilot_mode(int(named), vehicle)
         if not modes or modes[-1].text != f"Flight mode {mode}":
             modes.append(Event(kind="mode", text=f"Flight mode {mode}", time=time))
     parameters = [
         (time, _words(row["Name"]), float(row["Value"]))
         for time, row in _rows(groups, clock, "PARM", "Name", "Value")
+        if _holds_number(row, "Value")
     ]
     return (
         *(Event(kind="status", text=text, time=time) for time, text in said),
