@@ -15,7 +15,6 @@ from calibration import shipped_certificate_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
 from gsapp.flight.flight_loader import load_flight
 from gsapp.telemetry.recorder_folder import next_free_folder, record_state
-from gsapp.telemetry.recorder_status import HEARTBEAT_END
 from ui.background_job import BackgroundJob
 from ui.commands import shortcut_text
 from ui.dialogs.connect import ConnectDialog, connection_options
@@ -294,6 +293,8 @@ class FileMenuController(QObject):
         """End the recording, and review the flight once it is complete; ask before a landing."""
         if self._landed is None and not self._may_stop():
             return
+        if self._landed is not None and (caution := self._controller.stop_caution):
+            self._banners.show_banner("note", caution)
         self._review_when_ended = True
         self._controller.recorders.stop_recording()
 
@@ -304,13 +305,8 @@ class FileMenuController(QObject):
 
     def _may_stop(self) -> bool:
         """Ask whether to stop the recording, and say what the end of its heartbeats may do."""
-        session = self._controller.session
-        equipment = None if session is None else session.equipment
-        return ask_stop(
-            self._window,
-            self._controller.name or tr("this flight"),
-            tr(HEARTBEAT_END) if equipment is not None and equipment.recorder.heartbeats else "",
-        )
+        name = self._controller.name or tr("this flight")
+        return ask_stop(self._window, name, self._controller.stop_caution)
 
     # A flight that was
 

@@ -13,6 +13,7 @@ from gsapp.foundation import FlightError
 from gsapp.session import Alarm, SampleHistory, Session, SessionSnapshot
 from gsapp.session.equipment_monitor import LinkSummary
 from gsapp.session.feeds import ReplayFeed
+from gsapp.telemetry.recorder_status import HEARTBEAT_END
 from ui.background_job import JobProgress
 from ui.commands import CommandRequirement
 from ui.error_reporter import ErrorReporter
@@ -140,6 +141,15 @@ class FlightController(QObject):
     @property
     def time(self) -> float | None:
         return self.session.now if self.session is not None else None
+
+    @property
+    def stop_caution(self) -> str:
+        """Return what the end of the recording may do to an aircraft that flies; empty for nothing.
+
+        It ends the heartbeats, where it sends any.
+        """
+        equipment = None if self.session is None else self.session.equipment
+        return tr(HEARTBEAT_END) if equipment is not None and equipment.recorder.heartbeats else ""
 
     # Opening and closing
 

@@ -477,7 +477,9 @@ class MainWindow(QMainWindow):
             *self.gap_page.unfinished_work_title,
         )
         asks = self._confirms_close and (names or works)
-        answer = ask_closing(self, names, works) if asks else "leave"
+        caution = self.flight_controller.stop_caution
+        ask = partial(ask_closing, caution=caution) if caution else ask_closing
+        answer = ask(self, names, works) if asks else "leave"
         if answer == "stay" and self._confirms_close:
             event.ignore()
             return

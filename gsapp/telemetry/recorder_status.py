@@ -143,14 +143,15 @@ def _make_private(folder: Path) -> Path:
     for path in reversed((folder, *folder.parents)):
         with contextlib.suppress(FileExistsError):
             path.mkdir(mode=0o700)
-        if sys.platform != "win32":  # where every user has folders of his own
-            _check_private(path, is_last=path == folder)
+        _check_private(path, is_last=path == folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, "it may not be written", str(folder))
     return folder
 
 
 def _check_private(path: Path, *, is_last: bool) -> None:
+    if sys.platform == "win32":
+        return  # every user has folders of their own there
     found = path.lstat()
     if stat.S_ISLNK(found.st_mode) and not is_last:
         found = path.stat()  # as /tmp of macOS; a link is exchanged only in a folder of others

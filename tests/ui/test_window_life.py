@@ -693,3 +693,29 @@ def test_a_second_connection_joins_the_recorder_of_the_first(
     assert [handle.folder for handle in find_recorders()] == [controller.session.path.absolute()]
     assert controller.session.recorder.is_alive()
     controller.recorders.stop_recording_and_wait()
+
+
+def test_the_end_of_heartbeats_is_a_caution_before_the_recording_is_stopped(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where none are sent, there is nothing to say."""
+    asked: list[str] = []
+    monkeypatch.setattr(
+        "ui.file_menu_controller.ask_stop", lambda *given: asked.append(given[-1]) or False
+    )
+    controller = window.flight_controller
+    for name, heartbeat in (("first", True), ("second", False)):
+        controller.flight_opener.connect_aircraft(
+            ConnectRequest(
+                link=f"udpin:127.0.0.1:{free_port()}", folder=tmp_path / "flights" / name,
+                channel_map="b777", aircraft="b777", calibration="b777", heartbeat=heartbeat,
+            )
+        )  # fmt: skip
+        until(qtbot, lambda name=name: controller.is_open and controller.name == name)
+        recorder = controller.session.equipment
+        until(qtbot, lambda monitor=recorder: monitor.recorder.state == "recording")
+        if heartbeat:
+            until(qtbot, lambda monitor=recorder: monitor.recorder.heartbeats > 0)
+        window.file_menu.stop_recording()
+        assert bool(asked.pop()) is heartbeat
+        controller.recorders.stop_recording_and_wait()

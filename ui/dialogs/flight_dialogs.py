@@ -218,10 +218,11 @@ class ChannelMapDialog(FormDialog):
 
 
 def ask_closing(
-    parent: QWidget, flights: Sequence[str], works: Sequence[str] = ()
+    parent: QWidget, flights: Sequence[str], works: Sequence[str] = (), caution: str = ""
 ) -> ClosingAnswer:
     """Ask what shall become of recordings, and of works that are not done, as a window closes.
 
+    `caution` says what stopping the recording may do.
     A key pressed in haste loses nothing: it leaves recorders running, and where works would be
     given up, it stays.
     """
@@ -239,6 +240,8 @@ def ask_closing(
                 "window, and the next window finds it."
             )
         )
+        if caution:
+            consequences.append(caution)
     if works:
         sentences.append(tr("Not done yet: {works}.").format(works=", ".join(works)))
         consequences.append(tr("Unfinished work is discarded."))
