@@ -170,3 +170,23 @@ def test_formats_that_no_message_has_are_passed_over(
     log += message("D", struct.pack("<HQf", 9, 1_500_000, 1.0)) * 3
     read = read_ulog(written(tmp_path, log))
     assert set(read.messages) == {"sensor_combined", "vehicle_attitude"}
+
+
+@pytest.mark.parametrize("count", ["", "[1]", "[8]"])
+@pytest.mark.parametrize("kind", ["char", "uint8_t", "float", "double", "bool"])
+@pytest.mark.parametrize(
+    "field", ["timestamp", "nav_state", "vehicle_type", "is_rotary_wing", "is_vtol"]
+)
+def test_a_field_of_another_type_costs_no_more_than_itself(
+    tmp_path: Path, field: str, kind: str, count: str
+) -> None:
+    """Of the topic that tells the flight mode and what flies; all of it NaN as a float."""
+    clock = "" if field == "timestamp" else "uint64_t timestamp;"
+    log = short_log()[:-60] + message("F", f"vehicle_status:{clock}{kind}{count} {field};".encode())
+    log += message("A", struct.pack("<BH", 0, 9) + b"vehicle_status")
+    size = int(count.strip("[]") or 1) * {"float": 4, "double": 8}.get(kind, 1)
+    for k in range(20):
+        stamp = struct.pack("<Q", 1_000_000 + 50_000 * k) if clock else b""
+        log += message("D", struct.pack("<H", 9) + stamp + b"\xff" * size)
+    flight = load_flight(written(tmp_path, log))
+    assert flight.block["q"][0] == pytest.approx(0.0, abs=1e-6)

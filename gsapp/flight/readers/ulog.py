@@ -42,6 +42,7 @@ _TEXTS = {ord("L"): 1, ord("C"): 3}
 _CLOCK = "timestamp"
 _PADDING = "_padding"
 _HEAD_FIELD = "_head"
+_LARGEST_STATE = 256
 _DEEPEST = 8  # Formats inside formats.
 _MOST_FIELDS = 65535  # Of one byte each: no message is longer.
 _FIELD = re.compile(r"(?P<type>\w+)(?:\[(?P<count>[0-9]{1,5})\])? +(?P<name>\w+)")
@@ -93,12 +94,20 @@ def read_ulog(path: Path | str) -> ForeignLog:
 def _modes(tables: Mapping[tuple[str, str], LogTable]) -> Iterator[Event]:
     """Yield the changes of the navigation state."""
     table = tables.get((_STATUS, "0"))
-    states = None if table is None else table.fields.get("nav_state")
+    states = None if table is None else _state_numbers(table, "nav_state")
     if table is None or states is None:
         return
     changed = np.flatnonzero(np.diff(states, prepend=-1.0))
     for time, state in zip(table.times[changed].tolist(), states[changed].tolist(), strict=True):
         yield Event(kind="mode", text=f"Flight mode {px4_state(int(state))}", time=time)
+
+
+def _state_numbers(table: LogTable, name: str) -> FloatArray | None:
+    """Return a field of one number in each sample, -1 for what is none; None for any other."""
+    values = table.fields.get(name)
+    if values is None or values.ndim != 1:
+        return None
+    return np.where(np.abs(values) < _LARGEST_STATE, values, -1.0)
 
 
 def _parameters(scan: _Scan, clock: BootClock) -> tuple[Event, ...]:
@@ -120,8 +129,10 @@ def _vehicle(status: LogTable | None) -> str:
     if status is None or not status.times.size:
         return ""
     # Both are 1 for rotors; the name changed from release to release.
-    rotors = status.fields.get("vehicle_type", status.fields.get("is_rotary_wing"))
-    hybrid = status.fields.get("is_vtol")
+    rotors = _state_numbers(status, "vehicle_type")
+    if rotors is None:
+        rotors = _state_numbers(status, "is_rotary_wing")
+    hybrid = _state_numbers(status, "is_vtol")
     if rotors is None or rotors[-1] != 1 or (hybrid is not None and hybrid[-1]):
         return ""
     return "copter"
@@ -285,9 +296,9 @@ class _Samples:
     def stated_times(self) -> RecordTimes:
         places = self.places
         fields: Mapping[str, Any] = self.dtype.fields or {}
-        if _CLOCK not in fields:
+        kind, offset = fields.get(_CLOCK, (np.dtype("S1"), 0))[:2]
+        if kind.kind not in "iuf":  # none, or an array
             return RecordTimes(places=places, times=np.full(places.size, np.nan), stamped=False)
-        kind, offset = fields[_CLOCK][:2]
         # 0 says that nothing was published.
         stamps = gather_records(self.data, places + offset, kind)
         return RecordTimes(places=places, times=np.where(stamps > 0, stamps * 1e-6, np.nan))
