@@ -55,6 +55,26 @@ MAPS = ("map.toml", "mat-map.toml")
 Mutation = Callable[[random.Random, bytes], bytes]
 
 
+LETTERS = {
+    bytes((letter,)): size
+    for size, letters in (
+        (1, b"bBM"), (2, b"ghHcC"), (4, b"iIfneEL"), (8, b"dqQ"), (16, b"N"), (64, b"Za"),
+    )
+    for letter in letters
+}  # fmt: skip
+TYPES = {
+    name: size
+    for size, names in (
+        (1, (b"int8_t", b"uint8_t", b"bool", b"char", b"char[1]")),
+        (2, (b"int16_t", b"uint16_t", b"char[2]", b"uint8_t[2]")),
+        (4, (b"int32_t", b"uint32_t", b"float", b"char[4]", b"int16_t[2]")),
+        (8, (b"int64_t", b"uint64_t", b"double", b"float[2]", b"char[8]")),
+    )
+    for name in names
+}
+_LETTERS = re.compile(rb"\xa3\x95\x80.{6}(.{16})", re.DOTALL)
+_TYPES = re.compile(rb"(u?int\d+_t|float|double|bool|char)(?= )")
+
 # Mutations
 
 
@@ -168,6 +188,23 @@ def members(chance: random.Random, data: bytes) -> bytes:
         for name, content in contents.items():
             new.writestr(name, mutated(chance, content, BINARY) if name == chosen else content)
     return target.getvalue()
+
+
+def retype(chance: random.Random, data: bytes) -> bytes:
+    """Give a field in the formats of a log another type of the same size."""
+    kind, sizes = chance.choice(((_LETTERS, LETTERS), (_TYPES, TYPES)))
+    found = list(kind.finditer(data))
+    if not found:
+        return flip(chance, data)
+    one = chance.choice(found)
+    start = one.start(1)
+    if sizes is LETTERS:
+        start += chance.randrange(max(len(one[1].rstrip(b"\0")), 1))
+        old = data[start : start + 1]
+    else:
+        old = one[1]
+    alike = [name for name, size in sizes.items() if size == sizes.get(old)] or [b"?"]
+    return data[:start] + chance.choice(alike) + data[start + len(old) :]
 
 
 def repack(chance: random.Random, data: bytes) -> bytes:
@@ -301,11 +338,11 @@ READERS: dict[str, tuple[str, Callable[[Path], None], tuple[Mutation, ...]]] = {
     "csv": ("f.csv", flight, TEXT),
     "csv with map": ("table.csv", mapped, TEXT),
     "tlog": ("raw.tlog", flight, (*BINARY, frames, frames, frames)),
-    "bin": ("f.bin", flight, BINARY),
-    "bin whole": ("g.bin", onboard, BINARY),
+    "bin": ("f.bin", flight, (*BINARY, retype)),
+    "bin whole": ("g.bin", onboard, (*BINARY, retype)),
     "log": ("f.log", onboard, TEXT),
-    "ulg": ("f.ulg", flight, BINARY),
-    "ulg whole": ("g.ulg", onboard, BINARY),
+    "ulg": ("f.ulg", flight, (*BINARY, retype)),
+    "ulg whole": ("g.ulg", onboard, (*BINARY, retype)),
     "flight card": ("flight.toml", card, TEXT),
     "aircraft": ("aircraft.toml", loader("gsapp.aircraft", "load_aircraft"), TEXT),
     "channel map": (
