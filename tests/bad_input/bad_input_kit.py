@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from struct import pack
 
+import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from calibration import load_certificates
@@ -78,6 +79,26 @@ def without_rights() -> None:
         for override in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
             if ctypes.CDLL(None).prctl(drop_from_bounding_set, override, 0, 0, 0):
                 os._exit(99)
+
+
+def use_reader(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> None:
+    """Let the process read with a function of this body."""
+    lines = "".join(f"    {line}\n" for line in body.splitlines())
+    (folder / "sitecustomize.py").write_text(
+        "import os, signal, sys, time, types\n"
+        f"def read_mat_content(path, limit, progress):\n{lines}"
+        "sys.modules['gsapp.flight.readers.mat_file'] = sys.modules[__name__]\n"
+    )
+    former = os.environ.get("PYTHONPATH", "")
+    monkeypatch.setenv("PYTHONPATH", f"{folder}{os.pathsep}{former}")
+
+
+def is_running(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except OSError:
+        return False
+    return True
 
 
 class Box:

@@ -1,6 +1,7 @@
 """What the command line refuses, the window tells in a banner, and goes on."""
 
 import random
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,8 +9,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 import ui.main_window
+from gsapp.flight import load_flight
 from gsapp.flight.folder_setup import prepare_flight_folder
+from tests.bad_input.bad_input_kit import is_running, use_reader
 from tests.ui.window_kit import open_window, until, write_flight
+from ui.background_job import BackgroundJob
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.main_window import MainWindow
 
@@ -53,6 +57,37 @@ def test_a_log_of_nothing_is_no_flight(window: MainWindow, qtbot: QtBot, tmp_pat
     until(qtbot, lambda: told(window, "holds no MAVLink message"))
     assert not window.flight_controller.is_open
     assert not told(window, "map")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_a_reader_that_crashes_is_told_and_the_window_goes_on(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_reader(monkeypatch, tmp_path, "os.kill(os.getpid(), signal.SIGSEGV)")
+    damaged = tmp_path / "damaged.mat"
+    damaged.write_bytes(b"MATLAB 5.0")
+    window.flight_controller.flight_opener.open_flight(damaged)
+    until(qtbot, lambda: told(window, "damaged.mat", "SIGSEGV"))
+    assert not window.flight_controller.is_open
+
+
+def test_a_canceled_job_ends_the_process_that_reads(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note = tmp_path / "pid"
+    use_reader(
+        monkeypatch, tmp_path,
+        f"open({str(note)!r}, 'w').write(str(os.getpid()))\nprogress(0.5)\ntime.sleep(600)",
+    )  # fmt: skip
+    (tmp_path / "f.mat").write_bytes(b"MATLAB 5.0")
+    job = BackgroundJob("Opening", lambda _progress: load_flight(tmp_path / "f.mat"))
+    shares: list[object] = []
+    job.progressed.connect(lambda share, _text: shares.append(share))
+    job.start()
+    until(qtbot, lambda: 0.5 in shares)
+    with qtbot.waitSignal(job.canceled):
+        job.cancel()
+    assert not is_running(int(note.read_text()))
 
 
 def test_a_recording_in_which_nothing_arrived_opens(

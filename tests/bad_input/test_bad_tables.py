@@ -1,6 +1,5 @@
 """Damaged tables of C libraries, tables that unpack to gigabytes, readers that die or hang."""
 
-import os
 import re
 import struct
 import sys
@@ -19,7 +18,7 @@ from gsapp.flight.readers.reader_process import observe_reading, read_in_process
 from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns
 from gsapp.flight.settings import READER_PROCESS
 from gsapp.foundation import GroundStationError
-from tests.bad_input.bad_input_kit import refused
+from tests.bad_input.bad_input_kit import is_running, refused, use_reader
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs limits of memory")
@@ -189,18 +188,6 @@ def test_a_log_whose_stamps_lie_far_apart_is_refused(tmp_path: Path) -> None:
 # What becomes of a process that dies, hangs or takes too much
 
 
-def use_reader(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> None:
-    """Let the process read with a function of this body."""
-    lines = "".join(f"    {line}\n" for line in body.splitlines())
-    (folder / "sitecustomize.py").write_text(
-        "import os, signal, sys, time, types\n"
-        f"def read_mat_content(path, limit, progress):\n{lines}"
-        "sys.modules['gsapp.flight.readers.mat_file'] = sys.modules[__name__]\n"
-    )
-    former = os.environ.get("PYTHONPATH", "")
-    monkeypatch.setenv("PYTHONPATH", f"{folder}{os.pathsep}{former}")
-
-
 @POSIX
 def test_a_reader_that_crashes_is_named(
     mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -258,11 +245,3 @@ def test_reading_can_be_canceled_and_says_how_far_it_is(
     with observe_reading(tell), pytest.raises(EnoughError):
         read_in_process("mat", mat, "save it again")
     assert not is_running(int(note.read_text()))
-
-
-def is_running(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except OSError:
-        return False
-    return True

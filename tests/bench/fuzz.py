@@ -5,7 +5,8 @@
 The program makes the inputs: a virtual flight, its exports, and the examples of the reference
 pages. Each is mutated by bits, numbers, lengths, pieces and, for text, by tokens; frames of MAVLink
 get a checksum that fits, members of archives stay packed. An input may take 10 s and 1 GB. A find
-is printed with its reader and seed, which give the same input again.
+is printed with its reader and seed, which give the same input again. `tests.bench.fuzz_coverage`
+follows which lines an input reaches.
 """
 
 import contextlib
