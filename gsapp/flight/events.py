@@ -86,7 +86,10 @@ class Event:
             isinstance(moment, bool) or not isinstance(moment, (int, float))
         ):
             raise ValueError("the time of an event is a number or null")
-        if isinstance(host, bool) or not isinstance(host, int):
+        # Compared as it is: an int may have more digits than a float can hold.
+        if moment is not None and not abs(moment) <= FLIGHT_DATA.max_time:
+            raise ValueError("the time of an event is out of range")
+        if isinstance(host, bool) or not isinstance(host, int) or not abs(host) < 1 << 63:
             raise ValueError("the host time of an event counts microseconds")
         return Event(
             kind=kind,

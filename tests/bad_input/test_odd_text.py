@@ -2,6 +2,7 @@
 
 import json
 import re
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.excitation.alerts.geofence import load_geofence
 from gsapp.flight.cards import load_cards
 from gsapp.flight.cards.card import SHIPPED_CARDS
-from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.catalog import Catalog, list_flights, search_maneuvers
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError
@@ -177,3 +178,32 @@ def test_a_catalog_whose_schema_is_no_text(tmp_path: Path) -> None:
     path.write_bytes(data.replace(b"t_start", b"t_\xff\xfe\xfft"))
     with pytest.raises(GroundStationError, match=re.escape(str(path))), Catalog(path) as opened:
         search_maneuvers(opened)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "INSERT INTO flights (name) VALUES (cast(x'ff41fe' AS text))",
+        "ALTER TABLE flights RENAME COLUMN date TO day",
+        "ALTER TABLE flights RENAME TO old; CREATE VIEW flights AS WITH RECURSIVE n(x) AS "
+        "(SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x AS name, x AS date FROM n",
+        "CREATE TRIGGER t AFTER INSERT ON flights BEGIN SELECT 1; END",
+    ],
+)
+def test_a_catalog_that_another_program_changed(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "campaign.sqlite"
+    Catalog(path).close()
+    connection = sqlite3.connect(path)
+    connection.executescript(change)
+    connection.close()
+    with pytest.raises(GroundStationError, match="is damaged"), Catalog(path) as opened:
+        list_flights(opened)
+
+
+@pytest.mark.parametrize("number", ["9" * 400, "1e999", "-Infinity", "NaN", "1e300"])
+@pytest.mark.parametrize("key", ["time", "host_time_us"])
+def test_an_event_at_no_time_is_damaged(tmp_path: Path, key: str, number: str) -> None:
+    path = tmp_path / "events.jsonl"
+    path.write_text(f'{{"kind": "mark", "{key}": {number}}}\n{{"kind": "mark", "time": 1}}\n')
+    read = read_events(path)
+    assert (read.damaged, [event.time for event in read.events]) == (1, [1.0])

@@ -223,6 +223,10 @@ class Catalog:
         tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if application != schema.APPLICATION_ID and (application or version or tables):
             raise FlightError(f"{self.path} is a database of another program; name another file")
+        programs = "SELECT count(*) FROM sqlite_master WHERE type IN ('view', 'trigger')"
+        if connection.execute(programs).fetchone()[0]:
+            # They would compute whatever they like, without end.
+            raise self._damage("it has views or triggers")
         known = len(schema.MIGRATIONS)
         if version > known:
             raise FlightError(
@@ -246,22 +250,30 @@ class Catalog:
         """Turn what SQLite says into a sentence for people."""
         try:
             yield
+        except sqlite3.OperationalError as error:
+            raise self._refusal(error) from error
         except sqlite3.IntegrityError as error:
             raise FlightError(f"the catalog {self.path} rejects the entry ({error})") from error
-        except sqlite3.OperationalError as error:
-            if "locked" in str(error) or "busy" in str(error):
-                raise FlightError(
-                    f"another program has been writing to the catalog {self.path} for more than "
-                    f"{FLIGHT_DATA.catalog_timeout:.0f} s; close it, or try again"
-                ) from error
-            todo = "check the path, the permissions and the space on the disk"
-            if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:
-                todo = "free disk space"
-            raise FlightError(
-                f"the catalog {self.path} cannot be used ({error}); {todo}"
-            ) from error
         except (sqlite3.DatabaseError, UnicodeDecodeError, OverflowError) as error:
-            raise FlightError(
-                f"the catalog {self.path} is damaged or not a catalog ({error}); restore a "
-                "copy, or name a new file and store the flights again"
-            ) from error
+            raise self._damage(str(error)) from error
+
+    def _refusal(self, error: sqlite3.OperationalError) -> FlightError:
+        if "locked" in str(error) or "busy" in str(error):
+            return FlightError(
+                f"another program has been writing to the catalog {self.path} for more than "
+                f"{FLIGHT_DATA.catalog_timeout:.0f} s; close it, or try again"
+            )
+        # A column that is missing, or texts that are none; the latter have no code.
+        code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR)
+        if code == sqlite3.SQLITE_ERROR:
+            return self._damage(str(error))
+        todo = "check the path, the permissions and the space on the disk"
+        if code == sqlite3.SQLITE_FULL:
+            todo = "free disk space"
+        return FlightError(f"the catalog {self.path} cannot be used ({error}); {todo}")
+
+    def _damage(self, what: str) -> FlightError:
+        return FlightError(
+            f"the catalog {self.path} is damaged or not a catalog ({what}); restore a copy, or "
+            "name a new file and store the flights again"
+        )
