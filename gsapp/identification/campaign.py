@@ -131,11 +131,17 @@ def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignV
     return {name: weighted_mean(*np.array(found).T) for name, found in collected.items()}
 
 
-def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
+def weighted_mean(
+    values: FloatArray, stds: FloatArray, offsets: FloatArray, between: float = 0.0
+) -> CampaignValue:
     """Return the weighted mean of values.
 
+    The weights are those of the bounds alone, whatever the values scatter beyond them: a weak
+    maneuver that is off by more than it says does not move the mean (M. Henmi and J. B. Copas,
+    Statistics in Medicine 29, 2010).
+
     `values`, `stds`, `offsets`, shape (n,): with their bounds, and the part of each bound that all
-    have in common.
+    have in common. `between`: standard deviation of what scatters beyond the bounds.
     """
     own = np.maximum(stds**2 - offsets**2, STATISTICS.min_own_variance_share * stds**2)
     weights = 1.0 / own
@@ -143,7 +149,7 @@ def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> 
     systematic = float(weights @ offsets)
     return CampaignValue(
         mean=float(weights @ values),
-        std=math.sqrt(float(weights**2 @ own) + systematic**2),
+        std=math.sqrt(float(weights**2 @ (own + between**2)) + systematic**2),
         systematic=systematic,
         scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
         n=len(values),

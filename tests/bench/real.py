@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
+from gsapp.identification.campaign import CampaignValue
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.methods import estimation_methods
 from gsapp.identification.runs.request import RunRequest
@@ -180,7 +181,7 @@ def _print_attas(
 
 def _published_form(outcome: RunOutcome, axis: LinearAxis) -> dict[str, tuple[float, float]]:
     """Return dimensional derivatives at the vanes, and the modes: value, bound."""
-    forms = forms_of_means(outcome.result, outcome.result.values).get(axis)
+    forms = forms_of_means(outcome.result, _means(outcome)).get(axis)
     for joint in outcome.result.joint:
         forms = forms_of_estimate(outcome.result, joint).get(axis, forms)
     if forms is None:
@@ -190,6 +191,11 @@ def _published_form(outcome: RunOutcome, axis: LinearAxis) -> dict[str, tuple[fl
         found[f"{one.mode.name}, rad/s"] = (one.mode.frequency, one.frequency_std)
         found[f"{one.mode.name}, damping"] = (one.mode.damping, one.damping_std)
     return found
+
+
+def _means(outcome: RunOutcome) -> dict[str, CampaignValue]:
+    """Return the means with the bounds given to a person: noise, systematic, disagreement."""
+    return {name: one.value for name, one in outcome.summary.derivatives.items()}
 
 
 def _print_table(
@@ -215,7 +221,7 @@ def _print_hfb(flight: Path, aircraft: Path) -> None:
     outcomes = _run_all_methods([flight], aircraft, "lon")
     rows = {}
     for method, outcome in outcomes.items():
-        values = outcome.result.values
+        values = _means(outcome)
         rows[method] = {name: (one.mean, one.std) for name, one in values.items()}
         forms = forms_of_means(outcome.result, values)
         if "lon" in forms:

@@ -466,7 +466,7 @@ def _summarize(
             for place, sigmas in off.items()
         ),
         value=_with_disagreement(
-            weighted_mean(values, np.hypot(stds, between), offsets),
+            weighted_mean(values, stds, offsets, between),
             weighted_mean(values, stds, offsets).std,
             0.0 if methods is None else methods.disagreement,
         ),
