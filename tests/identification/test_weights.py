@@ -53,11 +53,7 @@ def test_a_file_of_the_user(tmp_path: Path) -> None:
     [
         ("[default]\nalfa = 1", "did you mean 'alpha'"),
         ("[default]\nalpha = -1", "0 or more"),
-<<<<<<< HEAD
         ("[flights.A]\nbeta = nan", "flights.A.beta"),
-=======
-        ("[flights.A]\nbeta = nan", "finite"),
->>>>>>> 1c59488d (Keep weak maneuvers from moving a mean that they contradict)
         ('[units]\nan = "deg"', "not a unit of acceleration"),
         ("[defaults]\nalpha = 1", "did you mean 'default'"),
         ("[default]\nalpha = 'heavy'", "default.alpha"),
