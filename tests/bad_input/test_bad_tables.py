@@ -3,7 +3,6 @@
 import re
 import struct
 import sys
-import time
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -185,6 +184,22 @@ def test_a_log_whose_stamps_lie_far_apart_is_refused(tmp_path: Path) -> None:
         load_flight(path, channel_map=channel_map)
 
 
+LONG = {
+    "a quotation mark that is not closed": 'a;"b' + "x" * 300_000 + '";c\n0;1;2\n',
+    "a name of a megabyte": "time [s],b" + "x" * 1_000_000 + "\n0,1\n",
+    "many names that no channel has": ",".join(f"x{k} [deg]" for k in range(100_000)) + "\n0\n",
+    "a cell of a megabyte": 'time [s],q [deg/s]\n0,"' + "1\n" * 300_000,
+}
+
+
+@pytest.mark.parametrize("text", LONG.values(), ids=LONG)
+def test_a_table_of_long_cells_or_many_columns_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text(text)
+    with pytest.raises(GroundStationError, match=re.escape(str(path))):
+        load_flight(path)
+
+
 # What becomes of a process that dies, hangs or takes too much
 
 
@@ -205,10 +220,8 @@ def test_a_reader_that_hangs_is_ended(
     use_reader(monkeypatch, tmp_path, "time.sleep(600)")
     quick = replace(READER_PROCESS, quiet_timeout=0.3)
     monkeypatch.setattr(reader_process, "READER_PROCESS", quick)
-    started = time.monotonic()
     with pytest.raises(GroundStationError, match="without progress"):
         read_in_process("mat", mat, "save it again")
-    assert time.monotonic() - started < 60.0
 
 
 @LINUX

@@ -38,6 +38,7 @@ _CELL = re.compile(
 )
 _NUMBERED = re.compile(r"(?P<base>.+)_(?P<number>[2-9])")
 _FIRST = 5
+_MOST_PROBLEMS = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +80,9 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
     columns: list[FileColumn] = []
     seen: dict[str, int] = {}
     for number, name in enumerate(names, start=1):
+        if len(problems) >= _MOST_PROBLEMS:
+            what = "may have further problems like these"
+            raise FileProblemsError(path, [*problems, FileProblem(where="file", what=what)])
         try:
             column = parse_name(name)
         except (UnitError, UnknownNameError) as error:

@@ -106,7 +106,11 @@ class DelimitedTable:
         """Yield the line number of a batch, and its rows with their offsets from it."""
         for start in range(0, len(self.lines), _ROWS_AT_ONCE):
             batch = self.lines[start : start + _ROWS_AT_ONCE]
-            split = csv.reader(batch) if self.quoted else (line.split(",") for line in batch)
+            split = (
+                _split_quoted(self.path, batch)
+                if self.quoted
+                else (line.split(",") for line in batch)
+            )
             rows = [
                 (offset, row)
                 for offset, (line, row) in enumerate(zip(batch, split, strict=False))
@@ -150,6 +154,18 @@ class DelimitedTable:
         return values, problems
 
 
+def _split_quoted(path: Path, lines: Sequence[str]) -> Iterator[list[str]]:
+    try:
+        yield from csv.reader(lines)
+    except csv.Error as error:
+        raise _quoting_problem(path, error) from error
+
+
+def _quoting_problem(path: Path, error: csv.Error) -> FileProblemsError:
+    remedy = "remove quotation marks that are not closed"
+    return single_problem(path, "file", f"is not CSV ({error})", remedy)
+
+
 def column_name(index: int) -> str:
     """Return what the column at `index`, from 0, is called in a table without names."""
     return f"column[{index}]"
@@ -165,6 +181,13 @@ def read_delimited_table(path: Path | str) -> DelimitedTable:
     left out and remarked on.
     """
     file = Path(path)
+    try:
+        return _read_table(file)
+    except csv.Error as error:
+        raise _quoting_problem(file, error) from error
+
+
+def _read_table(file: Path) -> DelimitedTable:
     data = _content(file)
     lines = _lines(data)
     header = next(
