@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
+from gsapp.foundation.process_control import module_command
 
 _REMEDY = (
     "Start from a desktop session, use --headless where the command has it, or set "
@@ -84,11 +85,7 @@ def _platforms(environment: Mapping[str, str]) -> frozenset[str]:
 
 
 def _platform_starts(name: str) -> bool:
-    program = (
-        "import sys; from PySide6.QtGui import QGuiApplication\n"
-        "sys.exit(not QGuiApplication(['', *sys.argv[1:]]).screens())"
-    )
-    command = [sys.executable, "-P", "-c", program, "-platform", name]
+    command = module_command(__name__, "-platform", name)
     try:
         done = subprocess.run(command, capture_output=True, timeout=30.0, check=False)
     except (OSError, subprocess.TimeoutExpired):
@@ -196,3 +193,14 @@ def _require_x11(display: str, library_loads: Callable[[str], bool]) -> None:
             f"Qt needs {_X11_LIBRARY} to open a window on X11 and it is not installed. "
             f"On Debian or Ubuntu type: sudo apt install {_X11_PACKAGES}"
         )
+
+
+def main() -> int:
+    """Start Qt with the arguments of this process; return 0 if it has a screen."""
+    from PySide6.QtGui import QGuiApplication
+
+    return 0 if QGuiApplication(sys.argv).screens() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from datetime import date
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from gsapp.foundation import GroundStationError
 from gsapp.foundation.files import create_sibling_folder, move_into_place
+from gsapp.foundation.process_control import module_command
 from ui.job_process.job_server import JobProgressCallback
 from ui.translation import tr
 
@@ -46,9 +46,10 @@ def simulate_virtual_flight(
     # A flight that is stopped leaves what it was about: in a folder that can be taken away.
     scratch = create_sibling_folder(folder)
     written = scratch / folder.name
-    command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(written),
-               "--plan", _FLIGHT_PLAN, "--seed", "1", *(("--hide",
-               hide) if hide else ())]  # fmt: skip
+    effect = ("--hide", hide) if hide else ()
+    command = module_command(
+        "gsapp.cli", "fly", "--out", str(written), "--plan", _FLIGHT_PLAN, "--seed", "1", *effect
+    )
     words_of_it = tr("simulating the flight")
     if hide:
         words_of_it += tr(" with a hidden effect")

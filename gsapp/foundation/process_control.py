@@ -210,6 +210,15 @@ def _set_execution_state(state: int) -> None:
         tell(state)
 
 
+def module_command(module: str, *arguments: str) -> list[str]:
+    """Return the command line that runs a module of the program in a process of its own.
+
+    Nothing is imported from the folder where it runs. The program of a standalone build
+    (`packaging/standalone.py`) understands the same options as Python.
+    """
+    return [sys.executable, "-P", "-m", module, *arguments]
+
+
 def start_detached_process(
     command: Sequence[str],
     words: IO[bytes],

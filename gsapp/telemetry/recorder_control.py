@@ -6,7 +6,6 @@ import contextlib
 import os
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.file_lock import lock_holder
 from gsapp.foundation.files import GROUP_FILE_MODE, make_group_folder
-from gsapp.foundation.process_control import start_detached_process
+from gsapp.foundation.process_control import module_command, start_detached_process
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
@@ -94,10 +93,7 @@ def start_recorder(
     """
     parse_link(link)
     path = Path(folder).absolute()
-    command = [
-        # Nothing is imported from where the crew happens to work.
-        sys.executable, "-P", "-m", "gsapp.telemetry.recorder_process", link, str(path),
-    ]  # fmt: skip
+    command = module_command("gsapp.telemetry.recorder_process", link, str(path))
     if heartbeat is not None:
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
     if listen_only:

@@ -30,6 +30,7 @@ from typing import IO, Any, Final, cast
 from gsapp.flight.read_limits import LIMIT_VARIABLE, MEGABYTE, read_limit
 from gsapp.flight.settings import READER_PROCESS
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.process_control import module_command
 
 _NO_WINDOW: int = getattr(subprocess, "CREATE_NO_WINDOW", 0)
 """Windows would show a console for every file."""
@@ -79,7 +80,7 @@ def read_in_process(reader: str, path: Path, remedy: str) -> Any:
     size = path.stat().st_size
     limit = read_limit(size)
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", __name__, reader, str(path.absolute()), str(limit)],
+        module_command(__name__, reader, str(path.absolute()), str(limit)),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

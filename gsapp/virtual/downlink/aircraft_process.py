@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import LinkError
-from gsapp.foundation.process_control import start_detached_process
+from gsapp.foundation.process_control import module_command, start_detached_process
 from gsapp.foundation.settings import command_arguments
 from gsapp.virtual.downlink.flight_settings import FlightSettings
 
@@ -47,9 +47,7 @@ class BackgroundCommand:
             folder.mkdir(parents=True, exist_ok=True)
             with self._words.open("wb") as log:
                 self._process = start_detached_process(
-                    # Nothing is imported from where it works: a flight's folder holds one called
-                    # calibration, too.
-                    [sys.executable, "-P", "-m", "gsapp.cli", *arguments],
+                    module_command("gsapp.cli", *arguments),
                     log,
                     folder=folder,
                     listens=listens,
