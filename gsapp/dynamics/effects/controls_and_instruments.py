@@ -362,10 +362,10 @@ def _box_guidance(box: str) -> EffectGuidance:
 
 
 _BOX_TITLES = {
-    "airdata": "All air data (vanes, airspeed) come late",
-    "inertial": "Gyros and accelerometers come late",
-    "attitude": "Bank and pitch angle come late",
-    "surfaces": "All surface positions come late",
+    "airdata": "Clock of the air data (vanes, airspeed) is off",
+    "inertial": "Clock of gyros and accelerometers is off",
+    "attitude": "Clock of bank and pitch angle is off",
+    "surfaces": "Clock of the surface positions is off",
 }
 
 
