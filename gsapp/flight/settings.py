@@ -103,9 +103,9 @@ class ReaderProcessSettings:
     memory_ratio: int = 3  # Memory of the process over the limit of numbers ...
     memory_base_mb: int = 512  # ... and what the libraries take themselves, MB.
     start_timeout: float = 60.0  # s for Python and libraries on a slow disk.
-    quiet_timeout: float = 8.0  # s without progress in a small file ...
+    quiet_timeout: float = 60.0  # s without progress in a small file, as on a busy computer ...
     slow_disk_rate: float = 2e6  # ... and bytes per second of a large one.
-    cpu_time: float = 600.0  # s, after which the system ends a process that nobody waits for.
+    cpu_time: float = 30.0  # s of work, after which the system ends a process that hangs.
     poll_interval: float = 0.05  # s between two reports.
 
 
