@@ -1,4 +1,4 @@
-"""Write run.lock and test.lock from pyproject.toml. Needs `uv` on the PATH."""
+"""Write run.lock, test.lock and build.lock from pyproject.toml. Needs `uv` on the PATH."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ def requirements(lock: Path) -> list[str]:
 
 
 def main() -> None:
-    """Lock what runs; then what only tests need, at the same versions."""
+    """Lock what runs; then what only tests and builds need, at the same versions."""
     compile_lock(HERE / "run.lock")
-    with tempfile.TemporaryDirectory() as folder:
-        everything = Path(folder) / "all.lock"
-        compile_lock(everything, "--group", "test", "-c", str(HERE / "run.lock"))
-        needed_to_run = set(requirements(HERE / "run.lock"))
-        only_tests = [text for text in requirements(everything) if text not in needed_to_run]
-    (HERE / "test.lock").write_text("".join(only_tests))
+    needed_to_run = set(requirements(HERE / "run.lock"))
+    for group in ("test", "build"):
+        with tempfile.TemporaryDirectory() as folder:
+            everything = Path(folder) / "all.lock"
+            compile_lock(everything, "--group", group, "-c", str(HERE / "run.lock"))
+            only_group = [text for text in requirements(everything) if text not in needed_to_run]
+        (HERE / f"{group}.lock").write_text("".join(only_group))
 
 
 if __name__ == "__main__":

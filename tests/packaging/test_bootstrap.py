@@ -55,14 +55,15 @@ def test_it_needs_the_standard_library_only() -> None:
 
 def test_the_locks_cover_every_declared_package_with_hashes() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
-    run, test = locked("run.lock"), locked("test.lock")
+    run, test, build = locked("run.lock"), locked("test.lock"), locked("build.lock")
     extras = project["project"]["optional-dependencies"].values()
     declared = names(
         project["project"]["dependencies"] + [text for each in extras for text in each]
     )
     assert declared <= set(run)
     assert names(project["dependency-groups"]["test"]) <= set(run) | set(test)
-    for entry in [*run.values(), *test.values()]:
+    assert names(project["dependency-groups"]["build"]) <= set(build)
+    for entry in [*run.values(), *test.values(), *build.values()]:
         assert "--hash=sha256:" in entry
         assert "==" in entry.splitlines()[0]
     # 6.12.0 aborts on Python 3.11: docs/decisions/0003.
