@@ -119,7 +119,7 @@ def build_deb() -> None:
     )  # fmt: skip
     PACKAGES.mkdir(parents=True, exist_ok=True)
     package = PACKAGES / f"gsapp_{VERSION}_{architecture}.deb"
-    output("dpkg-deb", "--root-owner-group", "-Zxz", "--build", str(root), str(package))
+    output("dpkg-deb", "--root-owner-group", "-Zzstd", "-z9", "--build", str(root), str(package))
     show(package)
 
 
