@@ -65,6 +65,23 @@ _HEADER_2: Final = Struct("<BBBBBBBHB").unpack_from
 _NEXT_MAGIC: Final = re.compile(rb"[\xfd\xfe]").search
 
 
+def frame_message_id(frame: bytes) -> int:
+    """Return the id of a whole MAVLink frame."""
+    if frame[0] == MAGIC_2:
+        return frame[7] | frame[8] << 8 | frame[9] << 16
+    return frame[5]
+
+
+def frame_system(frame: bytes) -> int:
+    """Return the system that a whole MAVLink frame names as its sender."""
+    return frame[5] if frame[0] == MAGIC_2 else frame[3]
+
+
+def frame_component(frame: bytes) -> int:
+    """Return the component that a whole MAVLink frame names as its sender."""
+    return frame[6] if frame[0] == MAGIC_2 else frame[4]
+
+
 class _Decision(Enum):
     """What the bytes at hand say about a candidate."""
 

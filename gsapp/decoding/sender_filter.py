@@ -11,6 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple, Protocol, TypeVar
 
+from gsapp.decoding.framing import (
+    MAGIC_2,
+    frame_component,
+    frame_message_id,
+    frame_system,
+)
 from gsapp.decoding.health import (
     FIRST_GROUND_SYSTEM,
     HEARTBEAT_ID,
@@ -150,7 +156,7 @@ class SenderFilter:
                 accepted.append(record)
                 continue
             data = record.data
-            port = self._settled.get(data[5:7] if data[0] == 0xFD else data[3:5])
+            port = self._settled.get(data[5:7] if data[0] == MAGIC_2 else data[3:5])
             if port is not None and port.address == origin[0] and origin[1] in _ACCEPTED:
                 port.last_stamp = record.stamp_us
                 accepted.append(record)
@@ -168,12 +174,10 @@ class SenderFilter:
 
     def _take(self, record: RecordT) -> list[RecordT]:
         data, (address, signature) = record.data, record.origin
-        if data[0] == 0xFD:
-            system, component, number = data[5], data[6], int.from_bytes(data[7:10], "little")
-            payload = data[10 : 10 + data[1]]
-        else:
-            system, component, number = data[3], data[4], data[5]
-            payload = data[6 : 6 + data[1]]
+        system, component = frame_system(data), frame_component(data)
+        number = frame_message_id(data)
+        start = 10 if data[0] == MAGIC_2 else 6
+        payload = data[start : start + data[1]]
         is_heartbeat = number == HEARTBEAT_ID and is_vehicle(component, payload)
         # A radio cannot sign what it puts in.
         if signature in REJECTED_SIGNATURES and not (
@@ -207,7 +211,7 @@ class SenderFilter:
         return [
             record
             for record in self._held.pop(system, ())
-            if self._is_accepted(system, record.data[6 if record.data[0] == 0xFD else 4], record)
+            if self._is_accepted(system, frame_component(record.data), record)
         ]
 
     def _is_accepted(

@@ -222,7 +222,7 @@ def _exclusion_reason(
     if one.effect_class == "C":
         return f"not observable in flight: {one.remedy}"
     if one.id in _LIKE_THRUST and not aircraft.states_thrust:
-        return "looks like thrust, which the aircraft file does not state (a glider's is 0 lbf)"
+        return "looks like thrust, which the aircraft file does not state (state 0 for a glider)"
     for channel in one.needs:
         stand_ins = (channel, *_SUBSTITUTE_CHANNELS.get(channel, ()))
         if not any(name in channels for name in stand_ins):

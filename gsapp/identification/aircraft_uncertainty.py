@@ -53,6 +53,13 @@ class UncertainValue:
     move: Callable[[Maneuver], Maneuver]
     is_shared: bool = True  # By all maneuvers.
 
+    def advice(self, *, is_stated: bool) -> str:
+        """Return how uncertain it is, and what makes smaller bounds; `is_stated`: by the file."""
+        if not self.is_shared:
+            return ": record at a higher rate for smaller bounds"
+        source = "the aircraft file states" if is_stated else "on a typical aircraft"
+        return f", as uncertain as {source}: measure it for smaller bounds"
+
 
 def uncertain_values(
     aircraft: Aircraft, axis: Axis, *, compares_responses: bool
@@ -61,11 +68,16 @@ def uncertain_values(
 
     Zeros of accelerometers count where responses are compared: coefficients allow for them already.
     """
-    axes: tuple[Axis, ...] = ("lon", "lat") if axis == "both" else (axis,)
-    found = [one for each in axes for one in _of_axis(aircraft, each, compares_responses)]
+    found = [
+        one for each in _single_axes(axis) for one in _of_axis(aircraft, each, compares_responses)
+    ]
     if aircraft.accuracy.mass:
         found.append(UncertainValue(title="mass", move=_more_mass))
     return tuple(found)
+
+
+def _single_axes(axis: Axis) -> tuple[Axis, ...]:
+    return ("lon", "lat") if axis == "both" else (axis,)
 
 
 def _of_axis(aircraft: Aircraft, axis: Axis, compares_responses: bool) -> Iterator[UncertainValue]:
@@ -108,12 +120,14 @@ class AircraftUncertainty:
             return found
         added = np.zeros_like(found.covariance)
         shared = np.zeros(len(found.free))
-        shares: dict[str, FloatArray] = {}
+        parts: dict[str, FloatArray] = {}
+        advice: dict[str, str] = {}
         for moved, changes in self.changes:
             change = np.array([changes.get(name, 0.0) for name in found.free])
             added += np.outer(change, change)
             shared += moved.is_shared * change**2
-            shares[moved.title] = shares.get(moved.title, 0.0) + change**2
+            parts[moved.title] = parts.get(moved.title, 0.0) + change**2
+            advice[moved.title] = moved.advice(is_stated=self.is_stated)
         covariance = found.covariance + added
         derivatives = dict(found.derivatives)
         for index, name in enumerate(found.free):
@@ -123,9 +137,7 @@ class AircraftUncertainty:
                 std=float(np.sqrt(covariance[index, index])),
                 offset=float(np.hypot(one.offset, np.sqrt(shared[index]))),
             )
-        remarks = _largest_parts_text(
-            found.free, shares, covariance.diagonal(), is_stated=self.is_stated
-        )
+        remarks = _largest_parts_text(found.free, parts, covariance.diagonal(), advice)
         return replace(
             found,
             derivatives=derivatives,
@@ -175,20 +187,15 @@ def aircraft_uncertainty(
 
 def _largest_parts_text(
     names: Sequence[str],
-    shares: Mapping[str, FloatArray],
+    parts: Mapping[str, FloatArray],
     variances: FloatArray,
-    *,
-    is_stated: bool,
+    advice: Mapping[str, str],
 ) -> Iterator[str]:
-    """Say what to measure: values that make more than half the variance of some derivatives."""
-    for title, part in shares.items():
+    """Say what to do about values that make more than half the variance of some derivatives."""
+    for title, part in parts.items():
         ruled = [name for name, large in zip(names, part > 0.5 * variances, strict=True) if large]
         if ruled:
-            yield (
-                f"the bounds of {', '.join(ruled)} come mostly from the {title}, as uncertain as "
-                + ("the aircraft file states" if is_stated else "on a typical aircraft")
-                + ": measure it for smaller bounds"
-            )
+            yield f"the bounds of {', '.join(ruled)} come mostly from the {title}{advice[title]}"
 
 
 # --- moves --------------------------------------------------------------------------------------
@@ -237,12 +244,11 @@ def _with_channel(
 
 def _input_steps(maneuvers: Sequence[Maneuver], axis: Axis) -> Iterator[UncertainValue]:
     """Return the steps of surfaces that slow records do not place in time."""
-    axes: tuple[Axis, ...] = ("lon", "lat") if axis == "both" else (axis,)
-    for surface in (name for each in axes for name in _SURFACES[each]):
+    for surface in (name for each in _single_axes(axis) for name in _SURFACES[each]):
         counts = [len(_steps(one, surface)) for one in maneuvers]
         for rank in range(max(counts)):
             yield UncertainValue(
-                title=f"instants of {surface} between the samples",
+                title=f"steps of {surface} between the samples",
                 move=partial(_moved_step, surface=surface, rank=rank),
                 is_shared=False,
             )

@@ -18,7 +18,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
-from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
+from gsapp.decoding.framing import (
+    Framer,
+    LineFramer,
+    MavlinkFrame,
+    Residue,
+    TextLine,
+    frame_message_id,
+)
 from gsapp.decoding.health import RADIO_MESSAGES
 from gsapp.decoding.sender_filter import FrameOrigin
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
@@ -28,7 +35,7 @@ from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
-from gsapp.telemetry.send_queue import GroundPacker, SendQueue, frame_message_id
+from gsapp.telemetry.send_queue import GroundPacker, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import SignatureVerifier
 from gsapp.telemetry.sources import Chunk, LinkSource

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from gsapp.decoding.dialect import dialect
+from gsapp.decoding.framing import frame_message_id
 from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
 from gsapp.foundation.files import GROUP_FILE_MODE
@@ -24,19 +25,6 @@ LOG_REQUEST_DATA: Final = 119
 LOG_REQUEST_END: Final = 122
 ALLOWED_MESSAGE_IDS: Final = frozenset({LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END})
 """Ids of the messages that are passed on."""
-_MAGIC_2 = 0xFD
-
-
-def frame_message_id(frame: bytes) -> int:
-    """Return the id of a whole MAVLink frame."""
-    if frame[0] == _MAGIC_2:
-        return frame[7] | frame[8] << 8 | frame[9] << 16
-    return frame[5]
-
-
-def frame_system(frame: bytes) -> int:
-    """Return the system that a whole MAVLink frame names as its sender."""
-    return frame[5] if frame[0] == _MAGIC_2 else frame[3]
 
 
 def request_send(folder: Path, frame: bytes) -> None:

@@ -93,6 +93,16 @@ def use_reader(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> None
     monkeypatch.setenv("PYTHONPATH", f"{folder}{os.pathsep}{former}")
 
 
+def use_endless_reader(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Path:
+    """Let the process read half and go on; return the file that will hold its number."""
+    note = folder / "pid"
+    use_reader(
+        monkeypatch, folder,
+        f"open({str(note)!r}, 'w').write(str(os.getpid()))\nprogress(0.5)\ntime.sleep(600)",
+    )  # fmt: skip
+    return note
+
+
 def is_running(pid: int) -> bool:
     try:
         os.kill(pid, 0)

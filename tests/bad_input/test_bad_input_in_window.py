@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 import ui.main_window
 from gsapp.flight import load_flight
 from gsapp.flight.folder_setup import prepare_flight_folder
-from tests.bad_input.bad_input_kit import is_running, use_reader
+from tests.bad_input.bad_input_kit import is_running, use_endless_reader, use_reader
 from tests.ui.window_kit import open_window, until, write_flight
 from ui.background_job import BackgroundJob
 from ui.dialogs.flight_requests import ConnectRequest
@@ -74,11 +74,7 @@ def test_a_reader_that_crashes_is_told_and_the_window_goes_on(
 def test_a_canceled_job_ends_the_process_that_reads(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    note = tmp_path / "pid"
-    use_reader(
-        monkeypatch, tmp_path,
-        f"open({str(note)!r}, 'w').write(str(os.getpid()))\nprogress(0.5)\ntime.sleep(600)",
-    )  # fmt: skip
+    note = use_endless_reader(monkeypatch, tmp_path)
     (tmp_path / "f.mat").write_bytes(b"MATLAB 5.0")
     job = BackgroundJob("Opening", lambda _progress: load_flight(tmp_path / "f.mat"))
     shares: list[object] = []

@@ -17,7 +17,7 @@ from gsapp.flight.readers.reader_process import observe_reading, read_in_process
 from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns
 from gsapp.flight.settings import READER_PROCESS
 from gsapp.foundation import GroundStationError
-from tests.bad_input.bad_input_kit import is_running, refused, use_reader
+from tests.bad_input.bad_input_kit import is_running, refused, use_endless_reader, use_reader
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs limits of memory")
@@ -244,11 +244,7 @@ def test_what_a_process_sends_is_never_code(
 def test_reading_can_be_canceled_and_says_how_far_it_is(
     mat: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    note = tmp_path / "pid"
-    use_reader(
-        monkeypatch, tmp_path,
-        f"open({str(note)!r}, 'w').write(str(os.getpid()))\nprogress(0.5)\ntime.sleep(600)",
-    )  # fmt: skip
+    note = use_endless_reader(monkeypatch, tmp_path)
 
     def tell(share: float | None, doing: str) -> None:
         assert mat.name in doing

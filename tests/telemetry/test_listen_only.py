@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.framing import Framer, MavlinkFrame
+from gsapp.decoding.framing import Framer, MavlinkFrame, frame_message_id
 from gsapp.flight.raw_files import RawTail
 from gsapp.foundation import LinkError
 from gsapp.telemetry.log_download.log_fetcher import LogFetcher
 from gsapp.telemetry.recorder_control import start_recorder
-from gsapp.telemetry.send_queue import frame_message_id, request_send
+from gsapp.telemetry.send_queue import request_send
 from tests.telemetry.conftest import free_port, make_frames, wait_until
 
 HEARTBEAT, LOG_REQUEST_LIST = 0, 117

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
+from gsapp.decoding.framing import frame_system
 from gsapp.decoding.health import LinkHealth
 from gsapp.decoding.notices import NoticeLog
 from gsapp.decoding.sender_filter import SenderFilter
@@ -40,7 +41,7 @@ from gsapp.telemetry.recorder_control import (
     find_recorders,
     start_recorder,
 )
-from gsapp.telemetry.send_queue import frame_system, request_send
+from gsapp.telemetry.send_queue import request_send
 from gsapp.telemetry.settings import TELEMETRY
 
 _MAGICS = ((b"\xa3\x95", ".bin"), (b"ULog\x01\x12\x35", ".ulg"))

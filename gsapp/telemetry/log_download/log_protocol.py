@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from gsapp.decoding.dialect import dialect
-from gsapp.telemetry.send_queue import GROUND_COMPONENT, GROUND_SYSTEM, frame_message_id
+from gsapp.decoding.framing import frame_message_id
+from gsapp.telemetry.send_queue import GROUND_COMPONENT, GROUND_SYSTEM
 from gsapp.telemetry.settings import TELEMETRY
 
 _HEARTBEAT: Final = 0
