@@ -38,8 +38,8 @@ class ResidualStatisticsSettings:
     min_force_coherence: tuple[float, float] = (0.6, 0.5)
     """Coherence of forces from which gusts are found; the second where kinematics are certain."""
     kinematic_sigmas: float = 5.0
-    """Deviations from which they are: 180 calm virtual records at 10 Hz stay below 3.4, those of ATTAS
-    below 4.1."""
+    """Deviations from which they are: 180 calm virtual records at 10 Hz stay below 3.4, those of
+    ATTAS below 4.1."""
     min_kinematic_coherence: float = 0.25  # Coherence of kinematics from which gusts are found.
     min_noise_ratio: float = 3.0  # Density in the band over that of the noise.
     min_gust: float = 0.05  # m/s in the band: smaller ones would be reported as 0.0 m/s.
