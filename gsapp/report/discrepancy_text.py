@@ -72,7 +72,7 @@ def experiment_text(one: DecidingExperiment, system: str) -> str:
     else:
         first, *others = (f"“{title}”" for title in one.titles)
         rest = _joined(others) if len(others) < 3 else f"{len(others)} others"
-        goal = f"{first} is told from {rest} by {one.separation:.1f} standard deviations"
+        goal = f"this separates {first} from {rest} by {one.separation:.1f} standard deviations"
         start = f"To decide, fly {inputs}"
     if one.decides:
         return f"{start}: {goal}."
