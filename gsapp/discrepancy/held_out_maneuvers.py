@@ -249,16 +249,14 @@ class HeldOutManeuvers:
             )
             for flight, one in self.noise.items()
         }
-        flown = [
-            _refit_motion(self._records, fit, still, kept.biases)
-            for fit, kept in zip(self.fits, self._kept, strict=True)
-        ]
+        by_fit = []
+        for fit, kept in zip(self.fits, self._kept, strict=True):
+            # One fit at a time: its filters of all maneuvers take hundreds of megabytes.
+            flown = _refit_motion(self._records, fit, still, kept.biases)
+            by_fit.append([_computed(flown, one) for one in flown.maneuvers])
         return tuple(
-            _Simulated(
-                record=record,
-                computed=tuple(_computed(fit, fit.maneuvers[index]) for fit in flown),
-            )
-            for index, record in enumerate(self._records)
+            _Simulated(record=record, computed=computed)
+            for record, computed in zip(self._records, zip(*by_fit, strict=True), strict=True)
         )
 
     def zeros_of(self, record: ManeuverRecord) -> FloatArray:

@@ -486,6 +486,25 @@ def test_structure_without_a_name_is_said_to_be_that(window, qtbot, tmp_path, en
     press(qtbot, Qt.Key.Key_Up)
 
 
+def test_structure_without_a_name_is_saved_as_a_table(window, qtbot, tmp_path, engine, monkeypatch):
+    """With the box ticked, the model of the last step holds a table in place of the product."""
+    target = tmp_path / "tabled.toml"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    engine.effects = ("unnamed.CA.absbeta",)
+    window.gap_page.set_open_flight(write_flight(tmp_path))
+    qtbot.keyClick(window, Qt.Key.Key_F5)
+    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    until(qtbot, lambda: window.gap_page.is_result_shown)
+    press(qtbot, Qt.Key.Key_3, ALT)
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    box = window.gap_page.result_view.stages["add"].as_tables
+    for expected in ("unnamed.CA.table_beta", "unnamed.CA.absbeta"):
+        qtbot.mouseClick(box, Qt.MouseButton.LeftButton, pos=QPoint(8, box.height() // 2))
+        press(qtbot, Qt.Key.Key_S, CONTROL)
+        (effect,) = load_model(target).effects
+        assert effect.id == expected
+
+
 def test_an_effect_is_refused_and_that_is_taken_back(story, qtbot, engine):
     press(qtbot, Qt.Key.Key_3, ALT)
     view = story.gap_page.result_view.stages["add"]
@@ -552,7 +571,7 @@ def test_a_name_is_proposed_for_the_model_that_every_disk_takes(story, qtbot, mo
     )
     named = replace(answer, discrepancy=replace(answer.discrepancy, steps=steps))
     monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
-    monkeypatch.setattr(story.gap_page.search, "result", named)
+    monkeypatch.setattr(story.gap_page.result_view, "result", named)
     press(qtbot, Qt.Key.Key_3, ALT)
     press(qtbot, Qt.Key.Key_S, CONTROL)
     assert asked == ["B777- day 3-4.toml"]

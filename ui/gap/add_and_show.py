@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QLineEdit, QVBoxLayout, QWidget
 
 from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.quantities import trace_color
@@ -187,6 +187,10 @@ class AddStage(StageView):
         self.sentences = create_label("", "muted", wrap=True)
         self.remarks = create_label("", "hint", wrap=True, remarks_in=style)
         self.structure = AnalysisPlot(style, tr("Found, not understood"))
+        self.as_tables = QCheckBox(tr("Save as a table"))
+        self.as_tables.setToolTip(
+            tr("Saves structure without a name as tables over what was flown, not as products")
+        )
         add_widgets(
             pair.right,
             self.title,
@@ -194,6 +198,7 @@ class AddStage(StageView):
             self.parameters,
             self.sentences,
             (self.structure, 30),
+            self.as_tables,
             self.remarks,
         )
         pair.right.addStretch(1)
@@ -274,6 +279,7 @@ class AddStage(StageView):
     def _draw_structure(self, found: DiscrepancyResult, effect: str) -> None:
         structure = next((one for one in found.structures if effect in one.effects), None)
         self.structure.setVisible(structure is not None)
+        self.as_tables.setVisible(structure is not None)
         if structure is None:
             return
         cuts = structure_curves(structure, self._style.units)

@@ -329,7 +329,7 @@ class GapPage(JobPage):
             return
         from gsapp.dynamics.model import save_model
 
-        model = result.discrepancy.steps[result_view.selection.step].model
+        model = result_view.selected_model
         start = (
             initial_dialog_folder(self._store.current)
             / f"{sanitize_file_name(model.name) or 'model'}.toml"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
@@ -42,6 +43,9 @@ from ui.widgets.action_button import ActionButton
 from ui.widgets.labels import create_label
 from ui.widgets.layout_widgets import ScrollingPage
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
+
+if TYPE_CHECKING:
+    from gsapp.dynamics.model import Model
 
 _ONE_ROW_WIDTH = 900
 _CREATE_INTERVAL_MS = 150
@@ -308,6 +312,26 @@ class GapResultView(ScrollingPage):
         if self.result is None:
             return False
         return find_step_effect(self.result, self.selection.step + 1) is not None
+
+    @property
+    def selected_model(self) -> Model:
+        """Return the model of the step shown; at the last, with tables where the crew wants them.
+
+        Raise ValueError without a result.
+        """
+        if self.result is None:
+            raise ValueError("no result")
+        found = self.result.discrepancy
+        model, add = found.steps[self.selection.step].model, self.stages.get("add")
+        if (
+            isinstance(add, AddStage)
+            and add.as_tables.isChecked()
+            and self.selection.step == len(found.steps) - 1
+        ):
+            from gsapp.discrepancy.unexplained_structure import with_tables
+
+            return with_tables(model, found.structures)
+        return model
 
     @property
     def chosen_effect(self) -> str:
