@@ -151,7 +151,7 @@ def new_value_on_screen(window, sample: int) -> bool:
     from ui.strips.raster import value_row_transform
 
     charts, history = window.view.charts, window.flight_controller.history
-    geometry, picture = charts.geometry_in_pixels, charts.picture
+    geometry, raster = charts.geometry_in_pixels, charts.raster.raster
     places = [
         index
         for index, number in enumerate(geometry.numbers)
@@ -160,8 +160,8 @@ def new_value_on_screen(window, sample: int) -> bool:
     value = float(history.samples(STEPPED, sample, sample + 1)[0])
     if not places or math.isnan(value):
         return False
-    chart = picture.raster.charts[places[0]]
-    offset, gain = value_row_transform(chart, picture.raster.pad)
+    chart = raster.charts[places[0]]
+    offset, gain = value_row_transform(chart, raster.pad)
     corner = charts.mapTo(window, charts.rect().topLeft())
     x = corner.x() + geometry.plot.x + geometry.plot.width - 1
     y = corner.y() + geometry.plot.y + chart.top + int(offset - gain * value)

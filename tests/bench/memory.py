@@ -1,9 +1,11 @@
-"""(e) Memory over a simulated hour of a flight at the full rate of the aircraft's box.
+"""(e) Memory over simulated hours of a flight at the full rate of the aircraft's box.
 
-The frames of one short virtual flight are sent again and again, with stamps, sequence numbers
-and checksums that go on, down the whole road: framed and written as the recorder does it, read
-back from the growing files, decoded, kept, watched for alarms, and painted by strip charts. All of
-it happens in this process, as fast as it goes. Time is simulated; nothing knows the difference.
+The frames of a virtual flight in the air, with maneuvers, are sent again and again, with stamps,
+sequence numbers and checksums that go on, down the whole road: framed and written as the recorder
+does it, read back from the growing files, decoded, kept, watched for alarms and cues, estimated by
+FTR and maximum likelihood, and painted by strip charts. All of it happens in this process, as fast
+as it goes. Time is simulated; nothing knows the difference. MINUTES of it follow as an argument
+(60).
 
 What counts is the memory that belongs to no file. The samples of a flight lie in a temporary
 file, of which the system keeps in memory what it has room for.
@@ -22,11 +24,11 @@ from fastcrc import crc16
 
 from gsapp.decoding.dialect import time_fields, wire_formats
 from gsapp.flight.raw_files import RawTail, RawWriter
-from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import Recorder
-from gsapp.telemetry.sources import Chunk
+from gsapp.telemetry.sources import Chunk, LinkSource
 
+FLIGHT = 200.0  # s of flight that repeat
 START_US = 1_700_000_000_000_000
 TOLD = (1, 5, 10, 20, 30, 40, 50, 60)  # minutes
 LOOK = 0.2  # simulated seconds between two looks of the session
@@ -48,13 +50,17 @@ class SimulatedTime:
         """Never wait."""
 
 
-@dataclass
-class SilentSource:
-    address: LinkAddress = field(default_factory=lambda: parse_link("udpin:127.0.0.1:14550"))
-    framing: str = "mavlink"
-    state: str = "simulated"
-    connected: bool = True
-    finished: bool = False
+class SilentSource(LinkSource):
+    """A link of which nothing is read: what comes is handed to the recorder."""
+
+    def open(self) -> None: ...
+
+    def read(self, _timeout: float) -> list[Chunk]:
+        return []
+
+    def write(self, data: bytes) -> None: ...
+
+    def close(self) -> None: ...
 
 
 def endless(flight: Path) -> Iterator[tuple[float, bytes]]:
@@ -124,11 +130,14 @@ class Road:
         from PySide6.QtWidgets import QApplication
 
         from gsapp.session import Session
+        from gsapp.session.live_estimation.fit_workers import InlineFitWorker
         from ui.flight.chart_selection import OVERVIEW_LAYOUT, create_shipped_layout
         from ui.strips.strip_chart import StripChart
 
         application = QApplication.instance() or QApplication([])
-        recorder = Recorder(SilentSource(), RawWriter(self.folder), clock=self.clock)
+        source = SilentSource(parse_link("udpin:127.0.0.1:14550"), clock=self.clock)
+        source.connected = True
+        recorder = Recorder(source, RawWriter(self.folder), clock=self.clock)
         stream = endless(self.flight)
         self._send(recorder, stream, LOOK)
         session = Session.follow(
@@ -137,6 +146,7 @@ class Road:
             aircraft="b777",
             clock=self.clock.monotonic,
             wall_us=self.clock.now_us,
+            workers=InlineFitWorker(),
         )
         chart = StripChart(timed=False)
         chart.resize(1280, 800)
@@ -173,19 +183,21 @@ class Road:
 def main(*options: str) -> dict[int, float]:
     """Print the memory as the flight goes on; return it by minute, MB."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from tests.screenshots.virtual_flight import write_virtual_flight
+    from tests.bench import estimates_live
 
-    minutes = 5 if "--quick" in options else 60
+    minutes = next((int(one) for one in options if one.isdigit()), 0)
+    minutes = minutes or (5 if "--quick" in options else 60)
     found: dict[int, float] = {}
     with tempfile.TemporaryDirectory() as scratch:
-        started = time.monotonic()
-        flight = write_virtual_flight(Path(scratch))
-        print(f"    a virtual flight to begin with: {time.monotonic() - started:.0f} s", flush=True)
+        flight = Path(scratch) / "flight"
+        flight.mkdir()
+        seconds = estimates_live.fly(flight / "raw.tlog", FLIGHT)
+        print(f"    a virtual flight to begin with: {seconds:.0f} s", flush=True)
         road = Road(flight, Path(scratch) / "hour")
         started = time.monotonic()
 
         def tell(minute: int, session) -> None:
-            if minute not in (*TOLD, minutes):
+            if minute not in (*TOLD, minutes) and minute % 30:
                 return
             gc.collect()
             used = anonymous_memory()
@@ -196,7 +208,9 @@ def main(*options: str) -> dict[int, float]:
             rows = round(60 * minute * session.history.rate)
             print(
                 f"    after {minute:3} min {used:7.1f} MB   {road.messages:9,} messages, "
-                f"{len(session.history.channels)} channels of {rows:,} samples",
+                f"{len(session.history.channels)} channels of {rows:,} samples, "
+                f"{len(session.estimates.result.results)} fits, "
+                f"{len(list(Path('/proc/self/fd').iterdir()))} handles",
                 flush=True,
             )
 
