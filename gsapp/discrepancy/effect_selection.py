@@ -75,24 +75,44 @@ def candidate_columns(
     ]
 
 
+def column_names(candidates: Sequence[CandidateEffect]) -> tuple[str, ...]:
+    """Return the names of all columns of candidates: of those tried at several sizes, each."""
+    return tuple(f"{one.id}@{trial}" for one in candidates for trial in range(len(one.trials) or 1))
+
+
+def compute_column_information(
+    fit: FilterErrorFit, candidates: Sequence[CandidateEffect]
+) -> dict[str, InformationMatrix]:
+    """Return the information of each maneuver with the columns of all candidates."""
+    names = column_names(candidates)
+    columns = (names, lambda linearization: candidate_columns(candidates, linearization))
+    return {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
+
+
 def screen_candidates(
     fit: FilterErrorFit,
     competitors: Sequence[CandidateEffect],
     nuisance: Sequence[CandidateEffect] = (),
+    parts: Mapping[str, InformationMatrix] | None = None,
 ) -> CandidateScreening:
     """Return what single candidates would gain; the fit must have made a pass.
 
-    `nuisance` does not compete: candidates gain what it cannot explain.
+    `nuisance` does not compete: candidates gain what it cannot explain. `parts`: the information
+    of each maneuver with these candidates, and perhaps others, where it is known.
     """
-    owners = [one for one in (*competitors, *nuisance) for _ in (one.trials or (one,))]
-    names = tuple(f"{one.id}@{index}" for index, one in enumerate(owners))
-    everything = (*competitors, *nuisance)
-    columns = (names, lambda linearization: candidate_columns(everything, linearization))
-    parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
+    if parts is None:
+        parts = compute_column_information(fit, (*competitors, *nuisance))
+    every = next(iter(parts.values())).names
+    owners = [one for one in competitors for _ in (one.trials or (one,))]
+    own, others = column_names(competitors), column_names(nuisance)
+    wanted = {name: name for name in (*own, *others)}
+    parts = {
+        id_: one.renamed([name for name in every if "@" in name], wanted)
+        for id_, one in parts.items()
+    }
+    names = tuple(wanted)
     whole = fit.sum_information(parts.values(), names).with_priors(fit.priors())
-    own = names[: sum(len(one.trials) or 1 for one in competitors)]
-    left = whole.projected((*fit.free, *fit.bias_names(), *names[len(own) :]))
-    owners = owners[: len(own)]
+    left = whole.projected((*fit.free, *fit.bias_names(), *others))
     order = left.indices(own)
     gain, size, std = (one[order] for one in left.gains(whole))
     tried = [trial for one in competitors for trial in (one.trials or (None,))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
@@ -18,6 +18,7 @@ from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competi
 from gsapp.discrepancy.effect_catalog import excluded_effects
 from gsapp.discrepancy.effect_fitting import EffectFitter
 from gsapp.discrepancy.effect_selection import (
+    compute_column_information,
     detection_threshold,
     screen_candidates,
     select_effect,
@@ -55,7 +56,7 @@ from gsapp.discrepancy.settings import (
 from gsapp.discrepancy.unexplained_structure import with_structures
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
-from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.identification.filter_error.filter_error_fit import FilterErrorFit, InformationMatrix
 from gsapp.identification.filter_error.motion_linearization import (
     create_maneuver_record,
 )
@@ -141,6 +142,8 @@ class _Search:
         self._rejected = RejectedEffects()
         self._settled: SettledFits = WeakKeyDictionary()
         self._stalls: WeakKeyDictionary[FilterErrorFit, StallScreening] = WeakKeyDictionary()
+        # Of the last fit alone: they take tens of megabytes.
+        self._columns: tuple[FilterErrorFit, Mapping[str, InformationMatrix]] | None = None
         self._fitter = EffectFitter(of.aircraft, settings.false_alarm, self._tick)
         held = settings.held_out
         self._held_out = of.default_held_out if held is None else tuple(held)
@@ -299,7 +302,9 @@ class _Search:
         closed = [one for one in everything if self._rejected.is_projected(one)]
         competitors = [one for one in everything if one not in closed]
         self._tick("trying every effect of the catalog")
-        screening = screen_candidates(fit, competitors, closed)
+        if self._columns is None or self._columns[0] is not fit:
+            self._columns = fit, compute_column_information(fit, everything)
+        screening = screen_candidates(fit, competitors, closed, self._columns[1])
         least = detection_threshold(self._settings.false_alarm, competitors)
         decision = select_effect(
             screening, screening.gain, least=least, temper=screening.gain_factor
