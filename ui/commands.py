@@ -133,6 +133,10 @@ COMMANDS: tuple[Command, ...] = (
         _command("place_gap", QT_TR_NOOP("Model gap"), "F5"),
         _command("full_screen", QT_TR_NOOP("Full screen"), *FULL_SCREEN_KEYS, rule=True),
         _command("side_panel", QT_TR_NOOP("Side panel"), "F9", needs="charts"),
+        _command("panel_wider", QT_TR_NOOP("Wider side panel"), "Shift+F9", needs="charts",
+                 repeats=True),
+        _command("panel_narrower", QT_TR_NOOP("Narrower side panel"), "Ctrl+F9", needs="charts",
+                 repeats=True),
     ),
     *_menu(
         QT_TR_NOOP("View"), QT_TR_NOOP("Theme"), "nothing",
@@ -434,6 +438,15 @@ def action_hint(action: QAction) -> str:
     return f"{text} ({keys})" if keys else text
 
 
+def _add_mnemonic(title: str, used: set[str]) -> str:
+    """Return a title with an ampersand before its first letter that no other menu has."""
+    for index, letter in enumerate(title):
+        if letter.isalnum() and letter.casefold() not in used:
+            used.add(letter.casefold())
+            return f"{title[:index]}&{title[index:]}"
+    return title
+
+
 class CommandAction(QAction):
     """An action that knows whether a key triggers it."""
 
@@ -478,10 +491,11 @@ class CommandSet:
 
     def fill_menu_bar(self, bar: QMenuBar) -> None:
         menus: dict[tuple[str, str], QMenu] = {}
+        mnemonics: set[str] = set()
         for command in self.commands:
             place = (command.menu, command.submenu)
             if (command.menu, "") not in menus:
-                menus[command.menu, ""] = bar.addMenu(f"&{tr(command.menu)}")
+                menus[command.menu, ""] = bar.addMenu(_add_mnemonic(tr(command.menu), mnemonics))
             if place not in menus:
                 menus[place] = menus[command.menu, ""].addMenu(tr(command.submenu))
             if command.has_separator and not menus[place].isEmpty():

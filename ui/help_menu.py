@@ -261,6 +261,18 @@ _MOUSE_ACTIONS = (
     ),
 )
 
+_FOCUS_KEYS = (
+    ("Tab", QT_TR_NOOP("Next control; with Shift the previous one")),
+    ("Alt", QT_TR_NOOP("Menu bar")),
+    ("Shift+F10", QT_TR_NOOP("Menu of the chart, figure or table, as does the menu key")),
+    (QT_TR_NOOP("Arrows"), QT_TR_NOOP("Pages, steps, status bar: from part to part")),
+    (QT_TR_NOOP("Arrows"), QT_TR_NOOP("Figures, time line: move and zoom, or from point to point")),
+    ("Home", QT_TR_NOOP("Figures, time line: show everything")),
+    ("C", QT_TR_NOOP("Figures, time line: values at a line that arrows move")),
+    ("A", QT_TR_NOOP("Time line, after C: begin a selection; arrows extend it")),
+)
+"""What the control with the focus does with keys that no menu lists."""
+
 
 class ShortcutsDialog(SelfDeletingDialog):
     """Every key of the window, to be searched."""
@@ -304,6 +316,8 @@ class ShortcutsDialog(SelfDeletingDialog):
                 for known in commands
             ]
             self._flow.addWidget(self._card(menu, lines, style))
+        focus = [(tr(what), tr(key)) for key, what in _FOCUS_KEYS]
+        self._flow.addWidget(self._card(tr("In the control with the focus"), focus, style))
         mouse = [(tr(what), tr(how)) for how, what in _MOUSE_ACTIONS]
         self._flow.addWidget(self._card(tr("With the mouse"), mouse, style))
         area.setWidget(body)

@@ -32,6 +32,7 @@ from ui.flight.chart_layouts import LayoutStore
 from ui.flight.flight_page_controller import FlightPage, FlightPageController
 from ui.flight.flight_view import FlightView
 from ui.flight_controller import FlightController
+from ui.focus_controller import FocusController
 from ui.gap.gap_page import GapPage
 from ui.help_menu import HelpMenuController
 from ui.pilot.pilot_page import PilotPage
@@ -195,6 +196,7 @@ class MainWindow(QMainWindow):
         self._bind()
         self._shortcut_filter = ShortcutOverrideFilter(self)
         self._shortcut_filter.install()
+        self._focus_controller = FocusController(self)
         application = QApplication.instance()
         if isinstance(application, QApplication):
             # Windows, and desktops that remember sessions, tell so before they close windows.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -58,6 +58,7 @@ class ShortcutOverrideFilter(QObject):
 
     Letters stay commands of the window everywhere but in text fields, which Qt sees to. A key that
     is held presses, turns or deletes once: a second time would be another line, or back again.
+    Shift+F10 opens the context menu; on X11 Qt obeys the menu key alone.
 
     It is not one of the application, which would see all events: a change of theme sends a hundred
     thousand.
@@ -99,6 +100,13 @@ class ShortcutOverrideFilter(QObject):
                 and _triggers_action(watched)
             ):
                 return True
+            if (
+                isinstance(watched, QWidget)
+                and event.key() == Qt.Key.Key_F10
+                and event.modifiers() == Qt.KeyboardModifier.ShiftModifier
+            ):
+                _open_context_menu(watched)
+                return True
             enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
             if enter and isinstance(watched, QAbstractButton) and watched.window().isWindow():
                 # Outside dialogs Qt presses buttons with Space only.
@@ -121,6 +129,16 @@ class ShortcutOverrideFilter(QObject):
             )
             QApplication.sendEvent(popup, asked)
         return True
+
+
+def _open_context_menu(focus: QWidget) -> None:
+    """Open the context menu where the menu key would."""
+    cursor = focus.inputMethodQuery(Qt.InputMethodQuery.ImCursorRectangle)
+    at = cursor.toRect().center() if isinstance(cursor, QRectF) else cursor.center()
+    QApplication.sendEvent(
+        focus,
+        QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, at, focus.mapToGlobal(at)),
+    )
 
 
 def _popup_of_combo_box(watched: QObject) -> QAbstractItemView | None:

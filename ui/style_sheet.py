@@ -151,8 +151,8 @@ QTreeView, QTableView, QListView, QTreeWidget, QTableWidget, QListWidget {{ back
   gridline-color: {grid}; }}
 QAbstractItemView[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; padding: 1px; }}
 QTreeView:focus, QTableView:focus, QListView:focus {{ border: 2px solid {text}; padding: 0; }}
-QScrollArea[role="read"] {{ border: 2px solid transparent; }}
-QScrollArea[role="read"]:focus {{ border-color: {text}; }}
+QScrollArea[role="read"], QTextBrowser {{ border: 2px solid transparent; }}
+QScrollArea[role="read"]:focus, QTextBrowser:focus {{ border-color: {text}; }}
 QTreeView::item, QListView::item {{ min-height: {p28}px; padding: 0 {p4}px; }}
 QTableView::item {{ padding: {p4}px {p6}px; }}
 QTableView[role="close"]::item {{ padding: {p4}px {p3}px; }}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
@@ -224,10 +223,20 @@ class FormDialog(SelfDeletingDialog):
         return super().eventFilter(watched, event)
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """Let Tab go as one reads; what was hidden until now has its place only now."""
-        for former, latter in pairwise(self.tab_chain()):
-            QWidget.setTabOrder(former, latter)
-        return super().focusNextPrevChild(forward)
+        """Let Tab go as one reads; what was hidden until now has its place only now.
+
+        `QWidget.setTabOrder` fails here: with focus proxies it made rings that left out fields.
+        """
+        chain = [field for field in self.tab_chain() if field.isVisible() and field.isEnabled()]
+        focus = self.focusWidget()
+        if focus not in chain:
+            return super().focusNextPrevChild(forward)
+        step = 1 if forward else -1
+        reasons = Qt.FocusReason
+        chain[(chain.index(focus) + step) % len(chain)].setFocus(
+            reasons.TabFocusReason if forward else reasons.BacktabFocusReason
+        )
+        return True
 
     def tab_chain(self) -> list[QWidget]:
         """Return what Tab goes through: the fields from top to bottom, then the buttons."""

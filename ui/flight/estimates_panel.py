@@ -391,6 +391,8 @@ class EstimatesPanel(QWidget):
         self.list.row_model.set_rows(map(_build_row, rows))
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:
+            # The panel has the focus itself while the list is hidden.
+            self.setAccessibleName(self.list.accessibleName())
             self._empty.setText(
                 tr(
                     "Derivatives appear here as maneuvers are flown. Requires an aircraft file and "

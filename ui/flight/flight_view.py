@@ -115,6 +115,7 @@ _TAB_NAMES = (
     QT_TR_NOOP("Channels"), QT_TR_NOOP("Values"), QT_TR_NOOP("Marks"), _ALARMS,
     QT_TR_NOOP("Messages"), QT_TR_NOOP("Derivatives"),
 )  # fmt: skip
+_PANEL_STEP = 32  # Points by which a key widens it.
 _PANEL_MIN_WIDTH = 1000
 _CHARTS_MIN_WIDTH = 420
 _RESIZE_SAVE_MS = 300
@@ -229,6 +230,8 @@ class FlightView(QWidget):
             "panel_messages": lambda: self.show_panel(4),
             "panel_estimates": lambda: self.show_panel(5),
             "side_panel": self.toggle_panel,
+            "panel_wider": lambda: self._widen_panel(_PANEL_STEP),
+            "panel_narrower": lambda: self._widen_panel(-_PANEL_STEP),
         }
 
     def cancel(self) -> None:
@@ -303,6 +306,12 @@ class FlightView(QWidget):
         self._panel_width = self._store.current.panel_width
         self.layouts.show_layout(self._store.current.layout)
         self._size_panel()
+
+    def _widen_panel(self, points: int) -> None:
+        if self.tabs.isVisible():
+            self._panel_width = round(self.tabs.width() / self._style.sizes.scale) + points
+            self._size_panel()
+            self._panel_drawn()
 
     def _panel_drawn(self) -> None:
         self._panel_width = round(self.tabs.width() / self._style.sizes.scale)

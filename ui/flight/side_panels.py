@@ -28,6 +28,9 @@ class ListPanel(QWidget):
         super().__init__()
         self._style = style
         self.view = view
+        # It has the focus itself while the table is hidden.
+        self.setAccessibleName(view.accessibleName())
+        self.setAccessibleDescription(empty)
         column = arrange(QVBoxLayout(self), 0)
         self.head = QVBoxLayout()
         column.addLayout(self.head)
@@ -81,6 +84,7 @@ class ListPanel(QWidget):
 
     def set_empty_text(self, text: str) -> None:
         self._empty.setText(text)
+        self.setAccessibleDescription(text)
 
 
 class ValuesPanel(ListPanel):

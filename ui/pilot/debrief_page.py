@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAction, QKeyEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.excitation.debrief import Debrief, EvaluatedManeuver, FlightTrend
@@ -37,6 +37,7 @@ from ui.pilot.cue_display import RESULT_SIGNS, surfaces_text
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
 from ui.widgets.labels import create_label
+from ui.widgets.paint_primitives import paint_focus_frame
 from ui.widgets.status_list import StatusListItem, StatusListView
 from ui.widgets.table_menu import create_table_actions
 
@@ -285,6 +286,14 @@ class TextTable(QWidget):
         column.addWidget(self._holder)
         self.addActions(create_table_actions(self, lambda: (self._heads, *(self._rows or ()))))
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # For the menu key.
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.hasFocus():
+            painter = QPainter(self)
+            paint_focus_frame(painter, self.rect(), self._style)
+            painter.end()
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
         units = self._style.units

@@ -76,7 +76,12 @@ class DerivativeTable(TableRowView):
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
         right = frozenset(range(LAST_COLUMN, len(ESTIMATE_COLUMN_TITLES)))
-        model = TableRowModel(style, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS))
+        model = TableRowModel(
+            style, ESTIMATE_COLUMN_TITLES, right, frozenset(_FIELDS),
+            title_details={
+                NAME_COLUMN: tr("Derivative"), DEVIATION_COLUMN: tr("Standard deviation"),
+            },
+        )  # fmt: skip
         # Not wrapped: a bound that has no room would go to a second line, where nobody sees it.
         super().__init__(model, style, tr("Derivatives"), wrap=False, row_height=30)
         self.setProperty("role", "close")
@@ -265,7 +270,10 @@ class FitChannelTable(TableRowView):
 
     def __init__(self, style: DisplayStyle) -> None:
         titles = ("", *(title for _, title in CHANNEL_COLUMNS))
-        model = TableRowModel(style, titles, centered=frozenset(range(1, len(titles))))
+        model = TableRowModel(
+            style, titles, centered=frozenset(range(1, len(titles))),
+            title_details={0: tr("Channel")},
+        )  # fmt: skip
         super().__init__(model, style, tr("Channels"), wrap=False, row_height=28)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectItems)
         self.setAlternatingRowColors(True)

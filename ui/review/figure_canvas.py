@@ -21,6 +21,7 @@ from ui.review.figure_geometry import (
 )
 from ui.review.figure_widget import FigureWidget, find_same_point
 from ui.shortcut_filter import ArrowKeyNavigation
+from ui.widgets.crosshair_keys import CrosshairKeys
 from ui.widgets.paint_primitives import paint_readout
 
 _HIT_RADIUS = 14
@@ -75,7 +76,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     Arrows walk from point to point (in figures without points they move and zoom), Shift and
     arrows move the chart, plus and minus zoom, Home shows everything, Enter opens the fit,
-    Space shows its chart large.
+    Space shows its chart large. C shows the values at a crosshair that arrows move then.
     """
 
     point_selected = Signal(str, str)
@@ -88,6 +89,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         super().__init__(style)
         self._describe = describe
         self.pointer: QPointF | None = None
+        self._crosshair = CrosshairKeys(self)
         self._pressed: _Press | None = None
         self.setMouseTracking(True)
 
@@ -145,6 +147,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self._pressed = _Press(at=event.position(), pane=pane, view=view, moves=moves)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        self._crosshair.is_on = False
         self.pointer = event.position()
         self.update()
         press = self._pressed
@@ -201,7 +204,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
-        self.pointer = None
+        self.pointer = self.pointer if self._crosshair.is_on else None
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -245,6 +248,8 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         key = Qt.Key(event.key())
         pane = self.subplot_at(self.subplot_index)
+        if pane is not None and self._move_crosshair(event, pane):
+            return
         if key in _POINT_STEP_KEYS and self.points and not event.modifiers() & _SHIFT:
             self._go_to_next_point(_POINT_STEP_KEYS[key])
         elif key in _PAN_KEYS and pane is not None:
@@ -259,6 +264,15 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self.subplot_opened.emit(pane.name)
         else:
             event.ignore()
+
+    def _move_crosshair(self, event: QKeyEvent, pane: Subplot) -> bool:
+        plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
+        is_crosshair, pointer = self._crosshair.move(event, plot, self.pointer)
+        if is_crosshair:
+            self.pointer = pointer
+            self._crosshair.describe("" if pointer is None else self.text_at(pointer))
+            self.update()
+        return is_crosshair
 
     def _go_to_next_point(self, way: str) -> None:
         """Go to the next point; the first step goes to the chosen maneuver, or the first point."""

@@ -176,6 +176,7 @@ class RunsView(QWidget):
             style, tr("Saved runs"), _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
             least=2, most=7, editable=frozenset({NAME_COLUMN_INDEX}),
+            title_details={5: tr("Marked, shown")},
         )  # fmt: skip
         self.buttons = create_button_row(
             style,

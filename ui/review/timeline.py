@@ -39,7 +39,8 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
 
     Left and Right move, PgUp and PgDown by a whole view, Up and Down zoom, Home shows the whole
     flight; Return zooms to the chosen maneuver, Esc drops what is being dragged or marked. All
-    values are read where the mouse is, or with C at a line that Left and Right move then.
+    values are read where the mouse is, or with C at a line that Left and Right move then; A begins
+    a selection at that line, which grows as the line moves.
     """
 
     maneuver_selected = Signal(str)
@@ -53,11 +54,12 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         super().__init__(style)
         self._drag: _Drag | None = None
         self._reads = False
+        self._selection_start: float | None = None
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
 
     def show_flight(self, traces: Traces | None) -> None:
-        self._drag, self._reads = None, False
+        self._drag, self._reads, self._selection_start = None, False, None
         super().show_flight(traces)
 
     # Mouse
@@ -198,10 +200,14 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         }  # fmt: skip
         zooms = {Qt.Key.Key_Up: _ZOOM, Qt.Key.Key_Down: 1.0 / _ZOOM}
         if key == Qt.Key.Key_C and not event.modifiers():
-            self._reads = not self._reads
+            self._reads, self._selection_start = not self._reads, None
             self.set_pointer((view.start + view.stop) / 2.0 if self._reads else None)
         elif self._reads and self.pointer is not None and key in _POINTER_KEYS:
-            self.set_pointer(self.pointer + _POINTER_KEYS[key] * view.seconds)
+            time = self.pointer + _POINTER_KEYS[key] * view.seconds
+            self.set_pointer(min(max(time, view.start), view.stop))
+            self._extend_selection()
+        elif self._reads and key == Qt.Key.Key_A and not event.modifiers():
+            self._selection_start = self.pointer
         elif key in moves:
             view.pan(moves[key] * view.seconds)
         elif key in zooms:
@@ -221,9 +227,14 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
             return
         self._redraw()
 
+    def _extend_selection(self) -> None:
+        start, stop = self._selection_start, self.pointer
+        if start is not None and stop is not None:
+            self.mark_segment((min(start, stop), max(start, stop)))
+
     def _cancel_drag(self) -> None:
         held, self._drag, self._held = self._held, None, None
-        self._reads = False
+        self._reads, self._selection_start = False, None
         self.set_pointer(None)
         self.mark_segment(None)
         if held is not None:

@@ -139,6 +139,7 @@ class ActionBar(QWidget):
         button.clicked.connect(lambda: self.triggered.emit(self.offers[place].id))
         self._row.insertWidget(place, button, 1)
         self._buttons.append(button)
+        QWidget.setTabOrder(button, self.more)
 
     def _trigger(self, name: str) -> Callable[[], None]:
         return lambda: self.triggered.emit(name)

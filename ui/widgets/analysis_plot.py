@@ -30,6 +30,7 @@ from ui.number_format import MINUS, clock_text, sanitize_file_name
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.strips.axis_ticks import step_decimals, time_step
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.crosshair_keys import CrosshairKeys
 from ui.widgets.figure_menu import ContentFunction, FigureMenu, render_widget
 from ui.widgets.flow_layout import FlowLayout, arrange, clear_layout
 from ui.widgets.labels import create_label
@@ -277,6 +278,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self.setAccessibleName(tr("Chart: {name}").format(name=name))
         self.setMouseTracking(True)
         self.pointer: QPointF | None = None
+        self._crosshair = CrosshairKeys(self)
         self._curves: tuple[PlotCurve, ...] = ()
         self._titles = ("", "")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -379,7 +381,12 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         moves = {Qt.Key.Key_Left: -0.2, Qt.Key.Key_Right: 0.2}
         zooms = {Qt.Key.Key_Up: 0.7, Qt.Key.Key_Down: 1 / 0.7}
         key = Qt.Key(event.key())
-        if key in moves:
+        is_crosshair, pointer = self._crosshair.move(event, self._area(), self.pointer)
+        if is_crosshair:
+            self.pointer = pointer
+            self._crosshair.describe("" if pointer is None else self.text_at(pointer))
+            self.viewport().update()
+        elif key in moves:
             box.setXRange(low + moves[key] * span, high + moves[key] * span, padding=0)
         elif key in zooms:
             middle, half = (low + high) / 2, zooms[key] * span / 2
@@ -409,12 +416,13 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         super().mouseMoveEvent(event)
+        self._crosshair.is_on = False
         self.pointer = event.position()
         self.viewport().update()
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
-        self.pointer = None
+        self.pointer = self.pointer if self._crosshair.is_on else None
         self.viewport().update()
 
     def _area(self) -> QRectF:

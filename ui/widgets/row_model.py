@@ -166,6 +166,10 @@ class TableRowModel(QAbstractTableModel):
             return self.titles[section]
         if role == Qt.ItemDataRole.ToolTipRole:
             return plain_tooltip(self._title_details.get(section, ""))
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            # Titles of letters are read as they are.
+            has_letters = any(map(str.isalpha, self.titles[section]))
+            return None if has_letters else self._title_details.get(section) or None
         return self._alignment(section) if role == Qt.ItemDataRole.TextAlignmentRole else None
 
     def _alignment(self, column: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from PySide6.QtCore import QItemSelectionModel, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFocusEvent, QFontMetrics, QKeyEvent, QResizeEvent, QShowEvent
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from gsapp.quantities import convert_text_units
 from ui.display_style import DisplayStyle
+from ui.translation import tr
 from ui.widgets.row_model import ModelIndex, TableRow, TableRowModel
 from ui.widgets.table_menu import TableMenu
 
@@ -142,6 +144,10 @@ class TableRowView(QTableView):
             self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
             self.sortByColumn(0, Qt.SortOrder.DescendingOrder)
             self.setSortingEnabled(True)
+            for column, title in enumerate(model.titles):
+                self.menu.add_command(
+                    tr("Sort by {title}").format(title=title), partial(self._sort_by, column)
+                )
         self._restyle()
 
     # Sizes
@@ -207,6 +213,13 @@ class TableRowView(QTableView):
 
     def _double_clicked(self, index: ModelIndex) -> None:
         self.opened.emit(self.row_model.rows[index.row()].key)
+
+    def _sort_by(self, column: int) -> None:
+        """Sort as a press on a title does: forward, then backward."""
+        header, orders = self.horizontalHeader(), Qt.SortOrder
+        is_forward = header.sortIndicatorOrder() == orders.AscendingOrder
+        again = header.sortIndicatorSection() == column and is_forward
+        self.sortByColumn(column, orders.DescendingOrder if again else orders.AscendingOrder)
 
     def _current_changed(self, current: ModelIndex) -> None:
         if not self._is_quiet and current.isValid():

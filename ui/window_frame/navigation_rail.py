@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QSizePolicy, QVBoxL
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_icon
+from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
 
@@ -70,7 +71,7 @@ def _set_tab_stop(button: QAbstractButton, chosen: bool) -> None:
 _NARROW = 800
 
 
-class NavigationButton(QAbstractButton):
+class NavigationButton(QAbstractButton, ArrowKeyNavigation):
     """One place on the rail."""
 
     def __init__(self, place: PageInfo, style: DisplayStyle) -> None:

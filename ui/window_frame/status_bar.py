@@ -6,14 +6,24 @@ import math
 from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QFont, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
+from PySide6.QtGui import (
+    QBrush,
+    QFont,
+    QFontMetricsF,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+)
+from PySide6.QtWidgets import QAbstractButton, QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.display_style import DisplayStyle
 from ui.icons import paint_indicator
+from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import tr
 from ui.widgets.flow_layout import FlowLayout
 from ui.widgets.labels import plain_tooltip
+from ui.widgets.paint_primitives import paint_focus_frame
 from ui.window_frame.status_bar_model import StatusItem
 
 _LOW_WINDOW_HEIGHT = 440  # Points of height below which the bar is flat.
@@ -21,11 +31,16 @@ _LOW_WINDOW_HEIGHT = 440  # Points of height below which the bar is flat.
 _FLAT_STEP = 24
 """Points by which the width of a flat part grows, so that it does not follow every digit."""
 
+_ARROW_STEPS = {
+    Qt.Key.Key_Left: -1, Qt.Key.Key_Up: -1, Qt.Key.Key_Right: 1, Qt.Key.Key_Down: 1,
+}  # fmt: skip
+"""From part to part, by key."""
 
-class StatusItemWidget(QWidget):
-    """One part, painted; a press runs what belongs to it."""
 
-    pressed = Signal(str)  # Id of the part.
+class StatusItemWidget(QAbstractButton, ArrowKeyNavigation):
+    """One part, painted; a press, Space or Enter runs what belongs to it."""
+
+    part_pressed = Signal(str)  # Id of the part.
 
     def __init__(self, part: StatusItem, style: DisplayStyle) -> None:
         super().__init__()
@@ -35,6 +50,8 @@ class StatusItemWidget(QWidget):
         self._style = style
         wide = QSizePolicy.Policy.Expanding if part.stretches else QSizePolicy.Policy.Preferred
         self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.clicked.connect(self._run)
         self._describe()
 
     def show_item(self, part: StatusItem) -> bool:
@@ -96,6 +113,8 @@ class StatusItemWidget(QWidget):
         painter.setPen(style.color("line"))
         edge = box.right() - 0.5
         painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
+        if self.hasFocus():
+            paint_focus_frame(painter, self.rect(), style)
         painter.end()
 
     def _value_font(self) -> QFont:
@@ -172,13 +191,24 @@ class StatusItemWidget(QWidget):
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
-        self.pressed.emit(self.item.id)
+        self._run()
+
+    def _run(self) -> None:
+        self.part_pressed.emit(self.item.id)
         if self.item.detail and QApplication.activePopupWidget() is None:
-            QToolTip.showText(event.globalPosition().toPoint(), self.item.detail, self)
+            QToolTip.showText(self.mapToGlobal(self.rect().center()), self.item.detail, self)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if Qt.Key(event.key()) in _ARROW_STEPS:
+            event.ignore()  # Goes to the bar.
+        else:
+            super().keyPressEvent(event)
 
 
 class StatusBar(QWidget):
     """All parts in a row, or in two where the window is narrow.
+
+    Tab stops at the first; arrows lead to the others.
 
     `buttons`: what stands beside a part, by its id, while that has an action.
     """
@@ -207,7 +237,9 @@ class StatusBar(QWidget):
             view = self.item_widgets.get(part.id)
             if view is None:
                 view = StatusItemWidget(part, self._style)
-                view.pressed.connect(self.pressed)
+                view.part_pressed.connect(self.pressed)
+                if not self.item_widgets:
+                    view.setFocusPolicy(Qt.FocusPolicy.TabFocus)
                 self.item_widgets[part.id] = view
                 self._flow.addWidget(view)
                 if part.id in self._buttons:
@@ -221,6 +253,15 @@ class StatusBar(QWidget):
                 wider = True
         if wider:
             self._resized()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        views: list[QWidget] = list(self.item_widgets.values())
+        focus, step = self.focusWidget(), _ARROW_STEPS.get(Qt.Key(event.key()))
+        if step is None or focus not in views:
+            event.ignore()
+            return
+        index = min(max(views.index(focus) + step, 0), len(views) - 1)
+        views[index].setFocus(Qt.FocusReason.TabFocusReason)
 
     def fit(self, window_height: int) -> None:
         flat = window_height < self._style.px(_LOW_WINDOW_HEIGHT)
