@@ -203,6 +203,7 @@ class FlightController(QObject):
         self._back_to = back_to
         self.session = session
         self.recorders.aircraft = aircraft
+        self.recorders.is_stop_requested = False
         self._finished = self._remarked = self._is_address_announced = False
         self._problem = ""
         self._moved_to = self._landed_at = self._system = None
@@ -261,6 +262,8 @@ class FlightController(QObject):
         equipment = session.equipment
         if equipment is not None:
             self._announce_address(equipment.link)
+            if equipment.recorder.state == "dead":
+                self.recorders.restart_dead(session)
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to
             self.flight_opener.open_flight(self._moved_to)

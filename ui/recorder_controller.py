@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.session import Session
-from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders, restart_recorder
 from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import shortcut_text
@@ -126,6 +127,8 @@ def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> Aircraf
     return AircraftProcess(request.folder, port, request, speed=request.speed)
 
 
+_RESTART_SECONDS, _MAX_RESTARTS = 60.0, 3
+"""So often within this time a recorder that died is started again."""
 _STOP_SECONDS = 11.0
 """For a recorder to stop as the window closes; it is given 10 s to write what came."""
 
@@ -150,6 +153,9 @@ class RecorderController(QObject):
         self._open_session = open_session
         self._error_reporter = error_reporter
         self._left: list[RecorderHandle] = []
+        self._restarts: list[float] = []  # When a recorder that died was started again.
+        self._is_restarting = False
+        self.is_stop_requested = False  # Whether the crew ended the recording of the open flight.
         self._monitor = RecorderMonitor(self)
         self._monitor.changed.connect(self.changed)
 
@@ -198,11 +204,37 @@ class RecorderController(QObject):
         """Forget a recorder that somebody else stops."""
         self._left = [left for left in self._left if left != recorder]
 
+    def restart_dead(self, session: Session) -> None:
+        """Start the recorder of the open flight again, which died; not if it dies every time."""
+        now = time.monotonic()
+        self._restarts = [one for one in self._restarts if one > now - _RESTART_SECONDS]
+        if self._is_restarting or self.is_stop_requested or len(self._restarts) >= _MAX_RESTARTS:
+            return
+        self._restarts.append(now)
+        self._is_restarting = True
+        text = tr("{name}: the recorder died and was restarted. Data in between are missing.")
+
+        def report(_recorder: RecorderHandle) -> None:
+            self._is_restarting = False
+            self.message_posted.emit("warning", text.format(name=session.name))
+
+        def fail(error: Exception) -> None:
+            self._is_restarting = False
+            self._error_reporter.report(error)
+
+        job = BackgroundJob(
+            tr("Restarting the recorder"), lambda _: restart_recorder(session.path), self
+        )
+        job.done.connect(report)
+        job.failed.connect(fail)
+        job.start()
+
     def stop_recording(self) -> None:
         """Stop recording the open flight in the background; what arrived is written first."""
         recorder, aircraft = self.current, self.aircraft
         if recorder is None:
             return
+        self.is_stop_requested = True
 
         def stop(_progress: JobProgress) -> bool:
             if aircraft is not None:
@@ -226,6 +258,7 @@ class RecorderController(QObject):
 
     def stop_recording_and_wait(self) -> None:
         """Stop recording the open flight and wait for it, as the window closes."""
+        self.is_stop_requested = True
         if self.aircraft is not None:
             self.aircraft.stop()
         if self.current is not None:

@@ -18,6 +18,8 @@ from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, read
 from gsapp.telemetry.recorder_status import RecorderStatus
 
 _NOT_HEARD_YET = ("no data", "no aircraft")
+# States of a recorder that holds what arrives in memory: the record says nothing of the link.
+_NOT_WRITING = ("not writing", "without folder")
 STUCK_DISK_TEXT = "the disk does not respond: the display is stopped until it does"
 
 
@@ -221,7 +223,7 @@ class EquipmentMonitor:
         self._check_folder(now)
         self.recorder = self._check_recorder(now, time)
         self.disk = self._check_disk(now)
-        if unread:
+        if unread or self.recorder.state in _NOT_WRITING:
             self.link = self._check_unread_link(now)
         elif caught_up or self.handle is None:
             self.link = self._check_link(health, time, now)
@@ -320,7 +322,7 @@ class EquipmentMonitor:
             return (
                 "dead",
                 Severity.WARNING,
-                "the recorder has died: not recording; start it again, it continues this flight",
+                "the recorder has died: not recording until it is started again",
             )
         if not self._facts.is_folder_reachable:
             return (

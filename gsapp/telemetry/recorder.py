@@ -110,6 +110,8 @@ class Recorder:
         Whether to send nothing at all, whatever asks for it.
     signing_key : bytes, optional
         With it, signatures of what arrives are checked and noted, and what is sent is signed.
+    signing_key_file : str
+        Where it came from, for the status.
     on_status : callable
         Called with every status besides writing it into the folder.
     disk_free : callable
@@ -129,6 +131,7 @@ class Recorder:
         heartbeat: bool = False,
         listen_only: bool = False,
         signing_key: bytes | None = None,
+        signing_key_file: str = "",
         on_status: Callable[[RecorderStatus], None] = lambda _: None,
         disk_free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         relocate: Callable[[], bool] | None = None,
@@ -141,6 +144,7 @@ class Recorder:
         self._sample = ContentSample()
         self._sends_heartbeats = heartbeat and not listen_only
         self._listen_only = listen_only
+        self._signing_key_file = signing_key_file
         self._heartbeats = 0
         self._verifier = (
             None if signing_key is None else SignatureVerifier(signing_key, clock.now_us())
@@ -294,7 +298,9 @@ class Recorder:
             warnings=[*self._warnings(free, seconds), *_signature_warnings(self._signatures)],
             notes=[*written.notes, *filter(None, (self._relocation,))],
             listen_only=self._listen_only,
+            sends_heartbeats=self._sends_heartbeats,
             heartbeats=self._heartbeats,
+            signing_key=self._signing_key_file,
             signatures=dict(self._signatures),
             parent=os.getppid(),
             ahead_us=self.clock.correction_us,

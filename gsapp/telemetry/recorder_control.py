@@ -129,6 +129,28 @@ def start_recorder(
     )
 
 
+def restart_recorder(folder: Path | str) -> RecorderHandle:
+    """Start the recorder of a flight folder again that died, on the same link in the same way.
+
+    Return the one that runs, should another have started it meanwhile. Raise LinkError if nothing
+    tells what it recorded, or it cannot begin.
+    """
+    status = read_last_status(folder)
+    if status is None:
+        raise LinkError(f"{folder} does not tell what was recorded into it; connect again")
+    place = Path(status.folder)
+    try:
+        return find_recorder(place) or start_recorder(
+            status.link, place, heartbeat=status.sends_heartbeats,
+            listen_only=status.listen_only, signing_key=status.signing_key,
+        )  # fmt: skip
+    except LinkError:
+        running = find_recorder(place)
+        if running is None:
+            raise
+        return running
+
+
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
     with open(os.open(log, flags, GROUP_FILE_MODE), "ab") as text:  # noqa: PTH123 - a descriptor

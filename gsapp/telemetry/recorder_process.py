@@ -81,6 +81,7 @@ def record_link(
             "let the other side send, and listen with udpin"
         )
     key = read_signing_key(signing_key) if signing_key else None
+    key_file = str(Path(signing_key).absolute()) if signing_key else ""
     claims = [RecordingClaim(Path(folder).absolute())]
     files = FolderFileCache()
     try:
@@ -112,7 +113,7 @@ def record_link(
         speaks = kind_of(address).needs_heartbeat if heartbeat is None else heartbeat
         recorder = Recorder(
             source, writer, clock=clock, heartbeat=speaks, listen_only=listen_only,
-            signing_key=key, on_status=tell, relocate=relocate,
+            signing_key=key, signing_key_file=key_file, on_status=tell, relocate=relocate,
         )  # fmt: skip
         try:
             with contextlib.suppress(LinkUnavailableError):

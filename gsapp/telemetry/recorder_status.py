@@ -69,7 +69,9 @@ class RecorderStatus(BaseModel):
     warnings: list[str] = []  # What will be wrong soon.
     notes: list[str] = []  # What was found in the folder at the start.
     listen_only: bool = False  # Whether nothing is sent.
+    sends_heartbeats: bool = False  # Whether it sends the ground station's sign of life.
     heartbeats: int = 0  # Sent since the start.
+    signing_key: str = ""  # File of the key of signatures; empty for none.
     signatures: dict[str, int] = {}
     """Frames by what was found of their signature; empty where there is no key to check it."""
     parent: int = 0

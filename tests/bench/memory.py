@@ -96,7 +96,7 @@ def endless(flight: Path) -> Iterator[tuple[float, bytes]]:
             if round_number:
                 for place, size, per_second in places:
                     value = int.from_bytes(data[place : place + size], "little")
-                    value += length * per_second
+                    value = (value + length * per_second) % (1 << 8 * size)  # some turn over
                     data[place : place + size] = value.to_bytes(size, "little")
             data[4] = sequence
             sequence = (sequence + 1) % 256

@@ -206,6 +206,20 @@ def test_where_the_record_cannot_be_read_the_recorder_tells_of_the_link(bench: B
     assert bench.board.severity("link") is Severity.WARNING
 
 
+def test_a_full_disk_does_not_silence_the_aircraft(bench: Bench, box: Any) -> None:
+    frames = Framer().feed(b"".join(b"".join(box.tick(k)) for k in range(100)))
+    bench.health.feed([(bench.clock.now_us(), "frame", frame.data) for frame in frames])
+    full = {"error": "Disk full.", "waiting_bytes": 80_000}
+    for _ in range(10):  # the record ends, and the recorder receives
+        alarms = bench.look(last_data_us=bench.wall_us(), **full)
+    assert alarms == {"recorder": Severity.WARNING}
+    assert bench.monitor.link.state == "not read"
+    for _ in range(10):
+        alarms = bench.look(**full)
+    assert alarms == {"recorder": Severity.WARNING, "link": Severity.WARNING}
+    assert bench.monitor.link.state == "silent"
+
+
 def test_a_record_does_not_grow_that_nobody_writes(bench: Bench) -> None:
     bench.look(received_bytes=1000)
     bench.running = False

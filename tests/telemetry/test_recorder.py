@@ -27,7 +27,12 @@ from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder import PeerStream, Recorder
-from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
+from gsapp.telemetry.recorder_control import (
+    find_recorder,
+    find_recorders,
+    restart_recorder,
+    start_recorder,
+)
 from gsapp.telemetry.recorder_process import record_link
 from gsapp.telemetry.recorder_status import (
     RUNTIME_VARIABLE,
@@ -811,3 +816,28 @@ def test_a_recorder_lives_through_a_disk_that_is_full(tmp_path, frames, port, pa
         if running := find_recorder(disk / "flight"):
             running.stop()
         subprocess.run(["umount", str(disk)], check=True)  # noqa: S607
+
+
+@pytest.mark.usefixtures("recorders")
+def test_a_recorder_that_died_is_started_again_as_it_was(tmp_path, frames, port, patience) -> None:
+    key = tmp_path / "key"
+    key.write_bytes(bytes(range(32)))
+    key.chmod(0o600)
+    link, sender, target = udp_link(port)
+    folder = tmp_path / "flight"
+    died = start_recorder(link, folder, heartbeat=True, signing_key=str(key))
+    sender.sendto(frames(1)[0], target)
+    patience(lambda: len(data_of(folder)) == 1)
+    os.kill(died.pid, KILL)
+    patience(lambda: not died.is_alive())
+    again = restart_recorder(folder)
+    assert again.pid != died.pid
+    assert restart_recorder(folder) == again
+    found = again.status()
+    assert (found.link, found.sends_heartbeats, found.listen_only, found.signing_key) == (
+        link, True, False, str(key),
+    )  # fmt: skip
+    sender.sendto(frames(2)[1], target)
+    patience(lambda: len(data_of(folder)) == 2)
+    with pytest.raises(LinkError):
+        restart_recorder(tmp_path / "nowhere")

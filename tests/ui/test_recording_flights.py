@@ -1,5 +1,6 @@
 """Recorders and the window: finished flights stay apart, recorders are shown and attached to."""
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from gsapp.telemetry.recorder_control import find_recorder, find_recorders, star
 from gsapp.telemetry.recorder_folder import record_state
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from tests.ui.window_kit import (
+    KILL,
     Aircraft,
     answer_dialog,
     connect,
@@ -214,3 +216,26 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     assert window.status_bar.item_widgets["alarms"].item.state == "good"
     assert window.status_bar.item_widgets["record"].item.value == "stopped"
     until(qtbot, lambda: [one.flight.path for one in window.review_page.review.flights] == [folder])
+
+
+def test_a_recorder_that_dies_is_restarted_and_one_that_is_stopped_is_not(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    folder, port = tmp_path / "flight", free_port()
+    controller = window.flight_controller
+    connect(window, port, folder)
+    until(qtbot, lambda: is_followed(window, folder))
+    with Aircraft(port):
+        until(qtbot, lambda: records_in(folder) > 50)
+        died = find_recorder(folder)
+        os.kill(died.pid, KILL)
+        until(qtbot, lambda: (find_recorder(folder) or died).pid != died.pid)
+        before = records_in(folder)
+        until(qtbot, lambda: records_in(folder) > before + 50)
+        until(qtbot, lambda: controller.snapshot.recorder.state == "recording")
+        assert controller.session.alarm_registry.get("recorder") is not None
+        controller.recorders.stop_recording()
+        until(qtbot, lambda: controller.snapshot.recorder.state == "stopped")
+        qtbot.wait(1000)
+    assert find_recorder(folder) is None
+    assert len(controller.recorders._restarts) == 1
