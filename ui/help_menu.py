@@ -77,8 +77,11 @@ class AboutDialog(SelfDeletingDialog):
         super().__init__(parent)
         self.setWindowTitle(tr("About"))
         column = arrange(QVBoxLayout(self), style.px(12), *[style.px(24)] * 4)
-        column.addWidget(create_label(tr("Ground station"), "title"))
-        column.addWidget(create_label(tr(_PROGRAM_PURPOSE), "muted", wrap=True))
+        content = QWidget()
+        content.setObjectName("page")
+        text = arrange(QVBoxLayout(content), style.px(12))
+        text.addWidget(create_label(tr("Ground station"), "title"))
+        text.addWidget(create_label(tr(_PROGRAM_PURPOSE), "muted", wrap=True))
         self.text = "\n".join(f"{name}: {value}" for name, value in lines)
         shown = create_label(self.text, wrap=True)
         shown.setAccessibleName(tr("Versions and folders"))
@@ -86,13 +89,21 @@ class AboutDialog(SelfDeletingDialog):
             Qt.TextInteractionFlag.TextSelectableByMouse
             | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
-        column.addWidget(shown)
+        text.addWidget(shown)
+        text.addStretch(1)
+        area = QScrollArea()
+        area.setProperty("role", "read")
+        area.setAccessibleName(tr("About"))
+        area.setWidgetResizable(True)
+        area.setWidget(content)
+        column.addWidget(area, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.copy = buttons.addButton(tr("Copy"), QDialogButtonBox.ButtonRole.ActionRole)
         self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self.text))
         buttons.rejected.connect(self.reject)
         column.addWidget(buttons)
-        self.resize(style.px(560), style.px(320))
+        room = self.screen().availableSize() - QSize(32, 64)
+        self.resize(QSize(style.px(560), style.px(320)).boundedTo(room))
 
 
 _KINDS = ("how-to", "reference", "explanation")
@@ -274,6 +285,10 @@ _FOCUS_KEYS = (
 """What the control with the focus does with keys that no menu lists."""
 
 
+_KEY_SHARE = 0.45
+"""Share of the width of a card that keys may take beside their words; longer ones stand below."""
+
+
 class ShortcutsDialog(SelfDeletingDialog):
     """Every key of the window, to be searched."""
 
@@ -331,20 +346,27 @@ class ShortcutsDialog(SelfDeletingDialog):
     def _card(self, title: str, lines: list[tuple[str, str]], style: DisplayStyle) -> QFrame:
         card = QFrame()
         card.setObjectName("card")
-        card.setFixedWidth(min(style.px(392), self.width() - style.px(80)))
+        wide = min(style.px(392), self.width() - style.px(80))
+        card.setFixedWidth(wide)
         grid = QGridLayout(card)
         grid.setContentsMargins(style.px(16), style.px(12), style.px(16), style.px(12))
         grid.setVerticalSpacing(style.px(4))
         grid.setHorizontalSpacing(style.px(16))
         grid.setColumnStretch(0, 1)
-        grid.addWidget(create_label(title, "heading"), 0, 0, 1, 2)
+        grid.addWidget(create_label(title, "heading", wrap=True), 0, 0, 1, 2)
         rows: list[tuple[str, list[QWidget]]] = []
         for row, (text, keys) in enumerate(lines, start=1):
-            what, how = create_label(text, wrap=True), create_label(keys, "strong")
+            what = create_label(text, wrap=True)
+            how = create_label(keys, "strong")
+            is_below = how.sizeHint().width() > _KEY_SHARE * wide
+            how.setWordWrap(is_below)
             what.setAlignment(Qt.AlignmentFlag.AlignTop)
-            how.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
-            grid.addWidget(what, row, 0)
-            grid.addWidget(how, row, 1)
+            grid.addWidget(what, 2 * row, 0)
+            if is_below:
+                grid.addWidget(how, 2 * row + 1, 0, 1, 2)
+            else:
+                how.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
+                grid.addWidget(how, 2 * row, 1)
             rows.append((f"{title} {text} {keys}".lower(), [what, how]))
         self._cards.append((card, rows))
         return card

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMainWindow,
     QMenu,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -45,6 +44,7 @@ from ui.translation import tr
 from ui.voice.voice import Voice
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import arrange
+from ui.widgets.layout_widgets import PageScrollArea, PageStack
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.navigation_rail import PAGES, NavigationRail
 from ui.window_frame.status_bar import StatusBar
@@ -179,7 +179,7 @@ class MainWindow(QMainWindow):
         self.review_page = ReviewPage(
             self.commands.actions, self.display_style, store, self.banners, error_reporter
         )
-        self.pages = QStackedWidget()
+        self.pages = PageStack()
         self._page_ids = [place.id for place in PAGES]
         self._confirms_close = True
         self._built_pages: Mapping[
@@ -222,7 +222,7 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout()
         column.setSpacing(0)
         column.addWidget(self.status_bar)
-        column.addWidget(self.pages, 1)
+        column.addWidget(PageScrollArea(self.pages), 1)
         column.addWidget(self.banners)
         row.addLayout(column, 1)
         self.setCentralWidget(body)

@@ -1,9 +1,11 @@
 """Three themes, the type sizes, and the scale: everything that decides how the window looks.
 
-Green, amber and red speak of state and of nothing else; cyan is a target. Traces take the
-Okabe-Ito set, safe for color-blind eyes, without its orange and green (they would be mistaken
-for amber and green states) and with the lightness moved until the trace's color is readable as
-text on that theme's background. Plain data, no Qt.
+Green, amber and red speak of state and of nothing else; cyan is a target. Traces begin from the
+Okabe-Ito set, without its orange and green (they would be mistaken for amber and green states).
+Hue and lightness are moved until a trace's color is readable as text on that theme's background,
+and until traces and states are told apart by all kinds of color vision: `tests.ui.test_colors`
+simulates protanopia, deuteranopia and tritanopia. The colors are those nearest to the set before
+that reach these distances. A shape or a word says each state, too. Plain data, no Qt.
 """
 
 from __future__ import annotations
@@ -125,18 +127,18 @@ _COLORS: Mapping[str, tuple[str, str, str]] = {
     "muted": ("#434d57", "#9fabb8", "#dadada"),
     "grid": ("#e3e8ec", "#252d36", "#2e2e2e"),
     "axis": ("#a9b4be", "#4b5764", "#a0a0a0"),
-    "good": ("#075c27", "#3ddc84", "#4dff9a"),
-    "caution": ("#704400", "#ffb52e", "#ffc400"),
-    "warning": ("#9c0017", "#ff8078", "#ff8a85"),
+    "good": ("#045f2f", "#41df8a", "#4cff9a"),
+    "caution": ("#693f01", "#ffb52e", "#ffc400"),
+    "warning": ("#6b0614", "#f97268", "#ff8a85"),
     "caution_band": ("#ffefc4", "#362b13", "#3d3000"),
     "warning_band": ("#ffe4e2", "#3f1b1d", "#400c0c"),
-    "good_fill": ("#35c46f", "#2fc071", "#4dff9a"),
-    "caution_fill": ("#ffb000", "#ffb000", "#ffc400"),
+    "good_fill": ("#07ca96", "#0ac28b", "#5fff9d"),
+    "caution_fill": ("#ffb20e", "#ffb000", "#ffc400"),
     "warning_fill": ("#ff7a70", "#ff6f66", "#ff7a75"),
     "fill_text": ("#0b0f13", "#0b0f13", "#000000"),
-    "target": ("#005a66", "#35e0f0", "#40f0ff"),
+    "target": ("#11444d", "#3ef1ff", "#4dd6e3"),
     "span": ("#e6ecf6", "#1f2a3a", "#16233d"),
-    "event": ("#ece8f2", "#2a2436", "#2a1a3d"),
+    "event": ("#e5e0e7", "#211c2e", "#1f1134"),
     "span_edge": ("#66788c", "#6f8299", "#b8c8dc"),
     "cursor": ("#10161c", "#e8edf2", "#ffffff"),
     "cursor_a": ("#8a2465", "#e59bc8", "#ffa3d6"),
@@ -158,10 +160,10 @@ def _create_theme(index: int, name: str, traces: str, line_width: float) -> Them
     )
 
 
-DAYLIGHT = _create_theme(0, "daylight", "#004f9e #86205f #843600 #10161c #1a5570 #544a00", 2.0)
-DARK = _create_theme(1, "dark", "#74b6ff #e79fcb #f5a06d #eef2f6 #93d0f2 #e6dc6a", 2.0)
+DAYLIGHT = _create_theme(0, "daylight", "#0147c5 #680949 #843600 #10161c #1e556f #332a00", 2.0)
+DARK = _create_theme(1, "dark", "#74b6ff #e4a5cb #ee9967 #eef2f6 #a8dbf9 #e6dc6a", 2.0)
 HIGH_CONTRAST = _create_theme(
-    2, "high-contrast", "#8ac6ff #ffa3d6 #ffa875 #ffffff #a8e0ff #fff04d", 3.0
+    2, "high-contrast", "#7cc2fe #f992c6 #ffc298 #ffffff #b5e4ff #fff04d", 3.0
 )
 
 THEMES: Mapping[str, Theme] = MappingProxyType(

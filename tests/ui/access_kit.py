@@ -3,27 +3,31 @@
 from collections.abc import Iterator
 
 from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAccessible, QAccessibleInterface
+from PySide6.QtGui import QAccessible, QAccessibleInterface, QFontMetrics
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
     QAbstractSlider,
     QApplication,
+    QCheckBox,
     QComboBox,
     QHeaderView,
     QLabel,
     QLineEdit,
     QPlainTextEdit,
+    QPushButton,
     QScrollBar,
     QTabBar,
     QTextBrowser,
+    QToolButton,
     QWidget,
 )
 
 from ui.focus_controller import is_out_of_sight
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
 from ui.window_frame.status_bar import StatusItemWidget
+from ui.window_frame.step_page import StepButton
 
 Role = QAccessible.Role
 
@@ -183,3 +187,32 @@ def _press_tab(key: Qt.Key) -> None:
     focus = QApplication.focusWidget()
     if focus is not None:
         QTest.keyClick(focus, key, shift if key == Qt.Key.Key_Backtab else none)
+
+
+def cut_texts(top: QWidget) -> Iterator[str]:
+    """Yield each text of a label, button or tab that has less room than it needs."""
+    for widget in top.findChildren(QWidget):
+        if widget.window() is not top or not widget.isVisible():
+            continue
+        if isinstance(widget, QTabBar):
+            yield from _cut_tabs(widget)
+        elif isinstance(widget, StepButton):
+            if widget.is_title_cut:
+                yield f"title of {describe(widget)}"
+        elif isinstance(widget, QLabel | QPushButton | QToolButton | QCheckBox) and widget.text():
+            wraps = isinstance(widget, QLabel) and widget.wordWrap()
+            need = widget.sizeHint()
+            high = widget.heightForWidth(widget.width()) if wraps else need.height()
+            elided = type(widget).__name__ == "_ElidedLabel"  # The tool tip has it whole.
+            if not wraps and not elided and widget.width() < need.width() - 1:
+                yield f"{describe(widget)}: {widget.width()} of {need.width()} pixels wide"
+            if widget.height() < high - 1:
+                yield f"{describe(widget)}: {widget.height()} of {high} pixels high"
+
+
+def _cut_tabs(bar: QTabBar) -> Iterator[str]:
+    words = QFontMetrics(bar.font())
+    for index in range(bar.count()):
+        box, text = bar.tabRect(index), bar.tabText(index)
+        if box.width() < bar.minimumTabSizeHint(index).width() or not bar.rect().contains(box):
+            yield f"tab {text!r}: {box.width()} of {words.horizontalAdvance(text)} pixels"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
@@ -13,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from tests.ui.access_kit import (
     TabRing,
     controls,
+    cut_texts,
     describe,
     is_reached_by_arrows,
     label_name,
@@ -131,6 +133,36 @@ class AccessWalk(Walk):
         self.act(command)
         until(self.qtbot, lambda: bool(seen))
         activate(self.qtbot, self.window)
+
+
+class CutTextWalk(Walk):
+    """Looks for texts that have no room."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*arguments)
+        self.cut: set[str] = set()
+
+    def record(self, where: str) -> None:
+        QApplication.processEvents()
+        top = QApplication.activeWindow()
+        assert top is not None
+        self.cut |= {f"{where}: {text}" for text in cut_texts(top)}
+
+
+def test_no_text_is_cut_at_250_percent(
+    tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = (1280, 800)
+    with filled_window(tmp_path, qtbot, monkeypatch) as window:
+        activate(qtbot, window)
+        window.display_style.set_scale(250)
+        window.resize(*size)
+        walk = CutTextWalk(window, PaintedText(monkeypatch), qtbot, monkeypatch)
+        walk.places()
+        walk.dialogs()
+        # No page needs a wider or higher window.
+        assert window.size().toTuple() == size
+    assert not walk.cut, lines(walk.cut)
 
 
 @pytest.fixture(scope="module")

@@ -77,6 +77,10 @@ class _ChartOrderList(QListWidget):
             super().keyPressEvent(event)
 
 
+_MIN_LIST_HEIGHT = 88
+"""Points: three lines."""
+
+
 class ChannelPanel(QWidget):
     """Chooses and orders the charts."""
 
@@ -131,6 +135,11 @@ class ChannelPanel(QWidget):
         split.setStretchFactor(1, 2)
         column.addWidget(split, 1)
         style.changed.connect(self._restyle)
+        self._fit_lists()
+
+    def _fit_lists(self) -> None:
+        for view in (self.tree, self.order):
+            view.setMinimumHeight(self._style.px(_MIN_LIST_HEIGHT))
 
     def _add_menus(self) -> None:
         show = QAction(tr("Show or hide in the charts"), self.tree)
@@ -296,6 +305,7 @@ class ChannelPanel(QWidget):
 
     def _restyle(self) -> None:
         """Give headings their letters; a style sheet cannot tell them from charts."""
+        self._fit_lists()
         font = self._style.font("label", strong=True)
         for place in range(self.order.count()):
             item = self.order.item(place)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QScrollArea,
     QSizePolicy,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -106,6 +107,48 @@ class FormColumns(QScrollArea):
         for section, wish in self._sections:
             column = self._columns[min(wish, count - 1)]
             column.insertWidget(column.count() - 1, section)
+
+
+class PageStack(QStackedWidget):
+    """Pages of which one is on screen; only that one decides how much room they need."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.currentChanged.connect(self.updateGeometry)
+
+    def minimumSizeHint(self) -> QSize:
+        page = self.currentWidget()
+        if page is None:
+            return super().minimumSizeHint()
+        size, layout = page.minimumSizeHint(), page.layout()
+        if isinstance(layout, QBoxLayout) and layout.hasHeightForWidth():
+            size.setHeight(max(size.height(), layout.minimumHeightForWidth(self.width())))
+        return size
+
+    def hasHeightForWidth(self) -> bool:
+        # With it a layout around the stack would give it the height that its pages prefer.
+        return False
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if event.size().width() != event.oldSize().width():
+            self.updateGeometry()
+
+
+class PageScrollArea(QScrollArea):
+    """Scrolls pages where the window is smaller than what they need at this scale."""
+
+    def __init__(self, pages: PageStack) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        # Left to itself a scroll area gives the stack the height that its pages prefer.
+        holder = QWidget()
+        arrange(QVBoxLayout(holder), 0).addWidget(pages)
+        self.setWidget(holder)
+        holder.setAutoFillBackground(False)
+        self.viewport().setAutoFillBackground(False)
 
 
 _SIDE_BY_SIDE_WIDTH = 860

@@ -111,6 +111,10 @@ class _StatusListDelegate(QStyledItemDelegate):
         painter.restore()
 
 
+_MIN_HEIGHT = 96
+"""Points: one line with its details, and a part of the next."""
+
+
 class StatusListView(QListView):
     """The list; keys act on the line that the keyboard is on."""
 
@@ -137,8 +141,10 @@ class StatusListView(QListView):
         )
         self._given: tuple[StatusListItem, ...] = ()
         style.changed.connect(self._restyle)
+        self.setMinimumHeight(style.px(_MIN_HEIGHT))
 
     def _restyle(self) -> None:
+        self.setMinimumHeight(self._style.px(_MIN_HEIGHT))
         self.set_items(self._given)
         self.scheduleDelayedItemsLayout()
 

@@ -31,6 +31,8 @@ _SELECT_ONE_ROW = (
     QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 )
 """Whatever modifier keys are held."""
+_MIN_STRETCH = 96
+"""Points of the column that takes the rest of the width, below which the table scrolls."""
 _PADDING = 24
 """Pixels of the design beside the text of a cell: what the style leaves free, and the frame."""
 
@@ -114,6 +116,7 @@ class TableRowView(QTableView):
         self._widths = widths or {}
         self._row_height = row_height
         self._is_quiet = False
+        self.is_scrolled = False  # Whether there is no room for all columns.
         self.setModel(model)
         self.menu = TableMenu(self, commands)
         self.setItemDelegate(WordWrapDelegate(style, self) if wrap else TextEditDelegate(self))
@@ -163,7 +166,10 @@ class TableRowView(QTableView):
         """Set the widths; where the table may scroll, give the rest to its column."""
         for column, width in self._widths.items():
             self.setColumnWidth(column, self._pixels(width))
-        if self._stretch is None or not self._least:
+        if self._stretch is None:
+            return
+        if not self._least:
+            self._fit_stretch(self._stretch)
             return
         # With room for the scroll bar whether it is there or not: else rows that grow higher show
         # it, which makes them grow again.
@@ -172,6 +178,21 @@ class TableRowView(QTableView):
         if width != self.columnWidth(self._stretch):
             self.setColumnWidth(self._stretch, width)
             QTimer.singleShot(0, self, self.resizeRowsToContents)
+
+    def _fit_stretch(self, column: int) -> None:
+        """Give a column what is left; where that is too little for words, let the table scroll."""
+        fixed = sum(map(self._pixels, self._widths.values()))
+        least, bars = self._style.px(_MIN_STRETCH), Qt.ScrollBarPolicy
+        self.is_scrolled = len(self._widths) > 1 and self.viewport().width() - fixed < least
+        modes = QHeaderView.ResizeMode
+        mode = modes.Fixed if self.is_scrolled else modes.Stretch
+        if self.horizontalHeader().sectionResizeMode(column) != mode:
+            self.horizontalHeader().setSectionResizeMode(column, mode)
+        self.setHorizontalScrollBarPolicy(
+            bars.ScrollBarAsNeeded if self.is_scrolled else bars.ScrollBarAlwaysOff
+        )
+        if self.is_scrolled:
+            self.setColumnWidth(column, least)
 
     @property
     def full_width(self) -> int:
@@ -366,6 +387,8 @@ class FittedTableView(TableRowView):
         heights = [self.rowHeight(row) for row in rows] or [self._style.px(34)]
         head = self.horizontalHeader()
         top = (0 if head.isHidden() else head.sizeHint().height()) + 4
+        if self.is_scrolled:
+            top += self.horizontalScrollBar().sizeHint().height()
         least, most = self._visible_rows
         # Never higher than its rows: an empty half of a table says nothing.
         enough = min(sum(heights[:least]), self._style.px(44 * least))

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Literal
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QBrush, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -124,6 +124,29 @@ def _button(
     return button
 
 
+class JobProgressBar(QProgressBar):
+    """How much of a job is done, hatched while that is unknown; nothing in it moves."""
+
+    def __init__(self, style: DisplayStyle) -> None:
+        super().__init__()
+        self._style = style
+        self.setRange(0, 0)
+        self.setTextVisible(False)
+
+    def set_share(self, share: float | None) -> None:
+        self.setRange(0, 0 if share is None else 1000)
+        self.setValue(round(1000 * (share or 0.0)))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if self.maximum() > self.minimum():
+            super().paintEvent(event)
+            return
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), self._style.color("chosen"))
+        painter.fillRect(self.rect(), QBrush(self._style.color("text"), Qt.BrushStyle.BDiagPattern))
+        painter.end()
+
+
 class Banner(QFrame):
     """One sentence with up to a few buttons.
 
@@ -156,11 +179,9 @@ class Banner(QFrame):
         style.changed.connect(self._name)
         self._name()
         row.addWidget(self.label, 1)
-        self.progress_bar: QProgressBar | None = None
+        self.progress_bar: JobProgressBar | None = None
         if level == "work":
-            self.progress_bar = QProgressBar()
-            self.progress_bar.setRange(0, 0)
-            self.progress_bar.setTextVisible(False)
+            self.progress_bar = JobProgressBar(style)
             self.progress_bar.setFixedSize(QSize(style.px(160), style.px(8)))
             self.progress_bar.setAccessibleName(tr("Progress"))
             row.addWidget(self.progress_bar)
@@ -188,13 +209,8 @@ class Banner(QFrame):
 
     def set_progress(self, share: float | None) -> None:
         """Show how much of a work is done; None = unknown."""
-        if self.progress_bar is None:
-            return
-        if share is None:
-            self.progress_bar.setRange(0, 0)
-        else:
-            self.progress_bar.setRange(0, 1000)
-            self.progress_bar.setValue(round(1000 * share))
+        if self.progress_bar is not None:
+            self.progress_bar.set_share(share)
 
     def close_banner(self) -> None:
         self.closed.emit()

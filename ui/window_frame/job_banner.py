@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QSizePolicy
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy
 
 from ui.background_job import BackgroundJob
 from ui.display_style import DisplayStyle
@@ -14,7 +14,7 @@ from ui.translation import tr
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import create_label
-from ui.window_frame.banners import Banner, BannerStack
+from ui.window_frame.banners import Banner, BannerStack, JobProgressBar
 
 
 class JobProgressPanel(QFrame):
@@ -32,8 +32,7 @@ class JobProgressPanel(QFrame):
         self.text_label = create_label("", wrap=True)
         self.text_label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         row.addWidget(self.text_label, 1)
-        self.progress_bar = QProgressBar()
-        self.progress_bar.setTextVisible(False)
+        self.progress_bar = JobProgressBar(style)
         self.progress_bar.setAccessibleName(tr("Progress of the {name}").format(name=name))
         row.addWidget(self.progress_bar)
         self.stop_button = ActionButton(cancel, tr("Stop"), style)
@@ -48,15 +47,11 @@ class JobProgressPanel(QFrame):
     def start(self, title: str) -> None:
         self.title = title
         self.text_label.setText(tr("{title}: starting").format(title=title))
-        self.progress_bar.setRange(0, 0)
+        self.progress_bar.set_share(None)
         self.show()
 
     def set_progress(self, share: float | None, text: str) -> None:
-        if share is None:
-            self.progress_bar.setRange(0, 0)
-        else:
-            self.progress_bar.setRange(0, 1000)
-            self.progress_bar.setValue(round(1000 * share))
+        self.progress_bar.set_share(share)
         self.text_label.setText(f"{self.title}: {text}")
 
 

@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QHBoxLayout,
     QSizePolicy,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -34,6 +33,7 @@ from ui.translation import tr
 from ui.undo import UndoHistory
 from ui.widgets.flow_layout import arrange
 from ui.widgets.labels import plain_tooltip
+from ui.widgets.layout_widgets import PageStack
 from ui.window_frame.banners import BannerStack
 from ui.window_frame.job_banner import JobBanner, JobProgressPanel
 from ui.window_frame.navigation_rail import ExclusiveButtonGroup
@@ -51,6 +51,7 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         self.step = step
         self.state = StepStatus()
         self.is_low = False
+        self.has_small_title = False
         self._style = style
         self._keys = shortcut_text(action.shortcut().toString())
         self.setText(f"{number}  {tr(step.title)}")
@@ -80,9 +81,16 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         return QSize(self._style.px(120), self._style.px(48 if self.is_low else 56))
 
     def _title_font(self) -> QFont:
+        if self.has_small_title:
+            return self._style.font("label", strong=True)
         font = self._style.font("body", strong=True)
         font.setPixelSize(self._style.px(15))
         return font
+
+    @property
+    def is_title_cut(self) -> bool:
+        room = self.width() - self._style.px(20)
+        return QFontMetricsF(self._title_font()).horizontalAdvance(self.text()) > room
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         style, box = self._style, QRectF(self.rect())
@@ -156,7 +164,7 @@ class StepList(QWidget):
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName(name)
-        row = arrange(QHBoxLayout(self), 0, 0, 0, 0, 1)
+        self._row = row = arrange(QHBoxLayout(self), 0, 0, 0, 0, 1)
         self._group = ExclusiveButtonGroup(self)
         self.buttons: dict[str, StepButton] = {}
         for number, step in enumerate(steps, start=1):
@@ -179,7 +187,22 @@ class StepList(QWidget):
                 button.is_low = low
                 self._refresh()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_titles()
+
+    def _fit_titles(self) -> None:
+        """Make all titles small where one has no room."""
+        buttons = self.buttons.values()
+        self._row.activate()
+        for button in buttons:
+            button.has_small_title = False
+        if any(button.is_title_cut for button in buttons):
+            for button in buttons:
+                button.has_small_title = True
+
     def _refresh(self) -> None:
+        self._fit_titles()
         for button in self.buttons.values():
             button.updateGeometry()
             button.update()
@@ -249,7 +272,7 @@ class WindowPage(QWidget):
         self._store = store
         self.setAccessibleName(name)
         self.column = arrange(QVBoxLayout(self), 0)
-        self.stack = QStackedWidget()
+        self.stack = PageStack()
         self.column.addWidget(self.stack, 1)
 
     @property
