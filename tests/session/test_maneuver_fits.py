@@ -107,6 +107,7 @@ def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
     assert there.pending == 2
     assert {one.maneuver for one in there.wait()} == {"M1", "M2"}
     assert numbers(there.result) == numbers(found)
+    assert not there._asked  # samples of a maneuver are kept once
     here.close()
     there.close()
 

@@ -173,6 +173,7 @@ class ManeuverFits:
             if isinstance(error, BrokenProcessPool) and self._tries[name] < MONITORS.max_attempts:
                 self._begin(name)
                 continue
+            del self._asked[name]  # The result has its own copy of the maneuver.
             if error is not None:
                 self._failures[name] = f"the fit failed ({error or type(error).__name__})"
             else:
