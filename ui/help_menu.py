@@ -358,7 +358,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         for row, (text, keys) in enumerate(lines, start=1):
             what = create_label(text, wrap=True)
             how = create_label(keys, "strong")
-            is_below = how.sizeHint().width() > _KEY_SHARE * wide
+            is_below = how.sizeHint().width() > _KEY_SHARE * (wide - style.px(48))
             how.setWordWrap(is_below)
             what.setAlignment(Qt.AlignmentFlag.AlignTop)
             grid.addWidget(what, 2 * row, 0)

@@ -226,7 +226,7 @@ class MainWindow(QMainWindow):
         column.addWidget(self.banners)
         row.addLayout(column, 1)
         self.setCentralWidget(body)
-        self.setMinimumSize(640, 400)
+        self.setMinimumSize(512, 320)  # A screen of 1280 x 800 at 250 %.
 
     def _bind(self) -> None:
         commands = self.commands

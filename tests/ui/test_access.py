@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QScrollArea, QWidget
 from pytestqt.qtbot import QtBot
 
+from gsapp.virtual.bench import VirtualBench
 from tests.ui.access_kit import (
     TabRing,
     controls,
@@ -20,6 +21,7 @@ from tests.ui.access_kit import (
     label_name,
     unnamed_controls,
 )
+from tests.ui.bench_kit import BenchWindow, leave_only, work_through
 from tests.ui.shown_text import PaintedText
 from tests.ui.window_kit import activate, answer_dialog, in_window, until
 from tests.ui.window_walk import Walk, filled_window
@@ -27,6 +29,7 @@ from ui.dialogs.mavlink_inspector import MavlinkInspector
 from ui.gap.add_and_show import ForceEffectDialog
 from ui.help_menu import GuideWindow, MessagesDialog
 from ui.pilot.pilot_canvas import PilotCanvas
+from ui.preflight.calibration_charts import CalibrationPointList
 from ui.preflight.wizard_page import WizardPage
 from ui.review.maneuvers_page import GradeDialog
 from ui.window_frame.banners import _ElidedLabel
@@ -214,3 +217,29 @@ def test_the_focus_is_seen(findings: Findings) -> None:
 
 def test_escape_closes_every_dialog(findings: Findings) -> None:
     assert not findings.left_open, lines(findings.left_open)
+
+
+def test_the_wizard_at_work_has_names_and_keys(tmp_path: Path, qapp: QApplication) -> None:
+    leave_only(tmp_path, "elevator_left")
+    window = BenchWindow(tmp_path, VirtualBench(3))
+    try:
+        window.press(Qt.Key.Key_Space)
+        window.controller.pass_time(4.0)
+        for phase in ("sign", "fit"):
+            if phase != "sign":
+                work_through(window, phase)
+            assert window.view.phase == phase
+            assert list(unnamed_controls(window)) == []
+            ring = TabRing(window)
+            assert not ring.trap
+            missed = [one for one in controls(window) if one not in ring.stops]
+            assert [one for one in missed if not isinstance(one, CalibrationPointList)] == []
+            if phase == "fit":
+                # The list of points is drawn; the arrows choose in it.
+                window.page.set_initial_focus()
+                points = window.page.findChild(CalibrationPointList)
+                window.press(Qt.Key.Key_Up)
+                assert points.choice is not None
+            window.page.set_initial_focus()
+    finally:
+        window.leave()

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QMenu,
     QMessageBox,
+    QToolTip,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
@@ -69,6 +70,7 @@ class Watcher:
         return (
             QGuiApplication.clipboard().text(), len(tops), self.asked, window.store.current,
             id(controller.session), window.windowState(), None if focus is None else id(focus),
+            QToolTip.text(),
         )  # fmt: skip
 
     def acts(self, act: Callable[[], object]) -> bool:

@@ -141,7 +141,6 @@ class FormDialog(SelfDeletingDialog):
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setWidgetResizable(True)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Names above the fields where the screen is narrow for the scale.
         screen = self.screen()
         self._stacked = screen is not None and screen.availableSize().width() < style.px(720)

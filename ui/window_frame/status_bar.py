@@ -195,8 +195,10 @@ class StatusItemWidget(QAbstractButton, ArrowKeyNavigation):
 
     def _run(self) -> None:
         self.part_pressed.emit(self.item.id)
-        if self.item.detail and QApplication.activePopupWidget() is None:
-            QToolTip.showText(self.mapToGlobal(self.rect().center()), self.item.detail, self)
+        if QApplication.activePopupWidget() is None:
+            # Whole, where the part has no room for it.
+            text = plain_tooltip(self.item.detail or self.accessibleName())
+            QToolTip.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if Qt.Key(event.key()) in _ARROW_STEPS:
