@@ -194,16 +194,8 @@ def _axis(coefficient: str, effects: Sequence[str]) -> str:
     axis, factor = _AXES[coefficient]
     pressure = "<property>aero/qbar-psf</property><property>metrics/Sw-sqft</property>"
     product = f"<product>{pressure}{factor}<sum>{''.join(terms)}</sum></product>"
-    extra = ""
-    if coefficient == "Cm" and "propulsion.Cm.throttle" in effects:
-        arm = place_of("propulsion.Cm.throttle")
-        extra = (
-            '<function name="aero/throttle-pitch"><product>'
-            f"<property>{arm}</property><value>{1.0 / FOOT!r}</value>"
-            "<property>engines/thrust-lbs</property></product></function>"
-        )
     function = f'<function name="aero/{coefficient}">{product}</function>'
-    return f'<axis name="{axis}">{function}{extra}</axis>'
+    return f'<axis name="{axis}">{function}</axis>'
 
 
 _DIRECTIONS = {
@@ -226,6 +218,14 @@ def _applied(effect: str) -> str:
       <function><product><property>aero/qbar-psf</property><property>metrics/Sw-sqft</property>
         {arm}{_with_size(effect)}</product></function>{where}
       <direction><x>{x}</x><y>{y}</y><z>{z}</z></direction></{kind}>"""
+
+
+def _thrust_pitch() -> str:
+    """Return the moment of thrust beside the center of gravity."""
+    return f"""<moment name="thrust-pitch" frame="BODY"><function><product>
+        <property>{place_of("propulsion.Cm.throttle")}</property><value>{1.0 / FOOT!r}</value>
+        <property>engines/thrust-lbs</property></product></function>
+      <direction><x>0</x><y>1</y><z>0</z></direction></moment>"""
 
 
 def _shipped_aerodynamics(airframe: str) -> str:
@@ -296,6 +296,7 @@ def aircraft_xml(aircraft: Aircraft, effects: Sequence[str], airframe: str = "")
         else "".join(_axis(one, effects) for one in LINEAR)
     )
     applied = "".join(_applied(one) for one in effects if airframe and one in AIR)
+    applied += _thrust_pitch() if "propulsion.Cm.throttle" in effects else ""
     dry = mass.mass - mass.fuel
     return f"""<?xml version="1.0"?>
 <fdm_config name="hidden" version="2.0" release="BETA">
