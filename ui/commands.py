@@ -133,10 +133,6 @@ COMMANDS: tuple[Command, ...] = (
         _command("place_gap", QT_TR_NOOP("Model gap"), "F5"),
         _command("full_screen", QT_TR_NOOP("Full screen"), *FULL_SCREEN_KEYS, rule=True),
         _command("side_panel", QT_TR_NOOP("Side panel"), "F9", needs="charts"),
-        _command("panel_wider", QT_TR_NOOP("Wider side panel"), "Shift+F9", needs="charts",
-                 repeats=True),
-        _command("panel_narrower", QT_TR_NOOP("Narrower side panel"), "Ctrl+F9", needs="charts",
-                 repeats=True),
     ),
     *_menu(
         QT_TR_NOOP("View"), QT_TR_NOOP("Theme"), "nothing",
@@ -164,6 +160,10 @@ COMMANDS: tuple[Command, ...] = (
         _command("panel_alarms", QT_TR_NOOP("Alarms"), "Ctrl+4"),
         _command("panel_messages", QT_TR_NOOP("Status messages"), "Ctrl+5"),
         _command("panel_estimates", QT_TR_NOOP("Live derivatives"), "Ctrl+6"),
+        _command("panel_wider", QT_TR_NOOP("Wider"), "Shift+F9", needs="charts", rule=True,
+                 repeats=True),
+        _command("panel_narrower", QT_TR_NOOP("Narrower"), "Ctrl+F9", needs="charts",
+                 repeats=True),
     ),
     *_menu(
         QT_TR_NOOP("Flight"), "", "nothing",
