@@ -68,6 +68,11 @@ def test_the_status_bar_is_walked_and_pressed_by_keys(flight: MainWindow, qtbot:
     assert flight.store.current.muted is muted
     press(qtbot, Qt.Key.Key_Left)
     assert not tiles["sound"].hasFocus()
+    # The mouse presses it once, and leaves the keyboard where it was.
+    qtbot.mouseClick(tiles["sound"], Qt.MouseButton.LeftButton)
+    assert flight.store.current.muted is not muted
+    assert not tiles["sound"].hasFocus()
+    flight.commands.actions["mute"].trigger()
 
 
 def test_arrows_go_from_place_to_place_while_charts_are_shown(
