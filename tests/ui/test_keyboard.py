@@ -31,6 +31,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequ
 
 @pytest.fixture
 def flight(shared: MainWindow) -> MainWindow:
+    QTest.qWait(0)  # Menus and tool tips of the test before close.
     shared.activateWindow()
     QTest.qWaitForWindowActive(shared)
     shared.show_page("flight")
@@ -46,10 +47,12 @@ def menu_opened_by(qtbot: QtBot, key: Qt.Key, modifier: Qt.KeyboardModifier) -> 
         if isinstance(menu, QMenu):
             entries.extend(action.text() for action in menu.actions() if action.text())
             menu.close()
+        else:
+            QTimer.singleShot(20, look)
 
-    QTimer.singleShot(50, look)
+    QTimer.singleShot(20, look)
     press(qtbot, key, modifier)
-    until(qtbot, lambda: bool(entries), 2_000)
+    until(qtbot, lambda: bool(entries))
     return entries
 
 
@@ -86,9 +89,12 @@ def test_arrows_go_from_place_to_place_while_charts_are_shown(
 
 def test_shift_f10_opens_the_menu_of_charts_and_of_tables(flight: MainWindow, qtbot: QtBot) -> None:
     flight.view.charts.setFocus()
+    until(qtbot, flight.view.charts.hasFocus)
     assert menu_opened_by(qtbot, Qt.Key.Key_F10, SHIFT)
+    activate(qtbot, flight)
     flight.view.show_panel(0)
     flight.view.channels.tree.setFocus()
+    until(qtbot, flight.view.channels.tree.hasFocus)
     assert menu_opened_by(qtbot, Qt.Key.Key_F10, SHIFT)
 
 
