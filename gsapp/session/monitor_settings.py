@@ -92,6 +92,7 @@ class SessionMonitorSettings:
     # Live estimates.
     maneuver_margin: float = 1.0  # Beside a maneuver, for time shifts.
     min_reported_change: float = 0.05  # Share of a bound by which it must change to be told.
+    max_shown_moments: int = 1000  # Of a history of FTR, however long the flight.
     maneuver_delay: float = 3.0  # After a maneuver, until slow samples came.
     max_attempts: int = 2  # Of a fit whose process died: the cause may be elsewhere.
     min_maneuver_duration: float = 0.5  # A shorter one shows no motion.

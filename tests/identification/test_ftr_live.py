@@ -108,6 +108,19 @@ def test_sample_by_sample_and_ten_times_a_second() -> None:
     assert same(ftr, reference(None))
 
 
+@pytest.mark.parametrize("count", [1, 7, 100, 10**6])
+def test_a_thinned_history_ends_with_the_latest_estimate(count: int) -> None:
+    ftr = reference(None)
+    whole, thinned = ftr.history("Cm_q"), ftr.history("Cm_q", max_moments=count)
+    assert min(count, whole.times.size) / 2 < thinned.times.size <= count
+    places = np.searchsorted(whole.times, thinned.times)
+    assert places[-1] == whole.times.size - 1
+    assert np.unique(np.diff(places)).size <= 1
+    for part in ("times", "values", "stds", "signal_to_noise"):
+        kept = getattr(whole, part)[places]
+        assert np.array_equal(getattr(thinned, part), kept, equal_nan=True)
+
+
 def test_live_estimates_are_right_whenever_they_are_shown() -> None:
     ftr = reference(None)
     worst = {}

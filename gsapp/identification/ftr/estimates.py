@@ -369,14 +369,15 @@ def live_estimate_at(
     )
 
 
-def estimate_history(log: EstimateLog, name: str) -> EstimateHistory:
-    """Return all estimates of one derivative."""
+def estimate_history(log: EstimateLog, name: str, step: int = 1) -> EstimateHistory:
+    """Return every `step`-th estimate of one derivative, the last among them."""
     index = log.names.index(name)
-    earned = log.verdicts[:, index] == EstimateVerdict.ESTIMATED
+    rows = slice((log.times.size - 1) % step, None, step)
+    earned = log.verdicts[rows, index] == EstimateVerdict.ESTIMATED
     return EstimateHistory(
         name=name,
-        times=log.times.copy(),
-        values=np.where(earned, log.values[:, index], np.nan),
-        stds=np.where(earned, log.stds[:, index], np.nan),
-        signal_to_noise=log.qualities[:, index, 0].astype(np.float64),
+        times=log.times[rows].copy(),
+        values=np.where(earned, log.values[rows, index], np.nan),
+        stds=np.where(earned, log.stds[rows, index], np.nan),
+        signal_to_noise=log.qualities[rows, index, 0].astype(np.float64),
     )

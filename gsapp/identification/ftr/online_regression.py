@@ -342,8 +342,8 @@ class FTR:
             for name in self.names
         }
 
-    def history(self, name: str) -> EstimateHistory:
-        """Return all estimates of one derivative.
+    def history(self, name: str, *, max_moments: int | None = None) -> EstimateHistory:
+        """Return the estimates of one derivative, evenly thinned out to so many at most.
 
         Raises `UnknownNameError` if there is no such derivative.
         """
@@ -351,7 +351,8 @@ class FTR:
             raise UnknownNameError(
                 f"FTR does not estimate '{name}'; it estimates {', '.join(self.names)}"
             )
-        return estimate_history(self._log, name)
+        step = 1 if max_moments is None else -(-self._log.times.size // max_moments)
+        return estimate_history(self._log, name, max(step, 1))
 
     def covariance(self, names: Sequence[str]) -> FloatArray:
         """Return the covariance of the latest estimates; coefficients are independent."""

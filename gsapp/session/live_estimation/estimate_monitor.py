@@ -214,7 +214,10 @@ class EstimateMonitor:
         verdicts = self._verdicts()
         return build_estimate_rows(
             self._ftr.estimates(),
-            {name: self._ftr.history(name) for name in self._ftr.names},
+            {
+                name: self._ftr.history(name, max_moments=MONITORS.max_shown_moments)
+                for name in self._ftr.names
+            },
             self.result,
             self._model,
             since=verdicts[-1].t_start if verdicts else None,
