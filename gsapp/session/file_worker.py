@@ -38,12 +38,23 @@ class FileWorker:
         self._tasks: list[_Task] = []
         self._wake = Flag()
         self._round_ended: float | None = None
+        self._rounds = self._fresh_round = 0
         self.is_closed = False
 
     @property
     def seconds_waiting(self) -> float:
         """Return the seconds since everything was read last: large where the disk hangs."""
         return 0.0 if self._round_ended is None else time.monotonic() - self._round_ended
+
+    @property
+    def is_outdated(self) -> bool:
+        """Return whether what was read is from before the program stood still."""
+        return self._rounds < self._fresh_round and self.seconds_waiting < MONITORS.disk_timeout
+
+    def note_standstill(self) -> None:
+        """Take note that the whole program stood still: nothing was asked of the disk meanwhile."""
+        self._round_ended = time.monotonic()
+        self._fresh_round = self._rounds + 2  # The next one to end may have begun before.
 
     def repeat(self, task: Callable[[], object], every: float = 0.0) -> None:
         """Let something be done every so many seconds, from the start on."""
@@ -103,6 +114,7 @@ class FileWorker:
             for task in self._tasks:
                 task.run()
             self._round_ended = time.monotonic()
+            self._rounds += 1
             self._wake.wait(MONITORS.file_interval)
 
 

@@ -55,6 +55,7 @@ class SessionMonitorSettings:
 
     # Link, recorder, disk.
     equipment_interval: float = 0.5  # Of reading the recorder's state.
+    max_standstill: float = 1.0  # s between updates, from which what was read is read again first.
     no_data_time: float = 5.0  # Without the aircraft, until the reason is shown.
     clock_set_back_us: int = 1_000_000  # Of the computer's clock, until it is shown.
     recorder_timeout: float = 5.0  # Seconds without a word of the recorder after which it hangs.

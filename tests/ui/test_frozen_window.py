@@ -19,7 +19,7 @@ from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.telemetry.recorder_control import RecorderHandle, start_recorder
 from tests.ui.window_kit import Aircraft, free_port
 
-FROZEN = float(os.environ.get("GSAPP_FREEZE_SECONDS", "3"))
+FROZEN = float(os.environ.get("GSAPP_FREEZE_SECONDS", "4"))
 
 
 class RememberingAircraft(Aircraft):
@@ -91,6 +91,7 @@ def test_a_frozen_window_loses_no_byte_and_draws_what_came_meanwhile(
             # The newest paint may be a little older than the newest sample.
             wait_for(lambda: state()["columns"][-1][0] > last + 0.3)
             shown = state()
+            assert not {"link", "recorder", "disk"} & set(shown["alarms"])
         wait_for(lambda: raw.stat().st_size >= sum(len(frame) + 8 for frame in aircraft.frames))
     finally:
         window.send_signal(signal.SIGCONT)

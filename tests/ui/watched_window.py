@@ -53,6 +53,7 @@ def main() -> None:
         known = ~np.isnan(block["alpha"])
         state = {
             "at": time.monotonic(),
+            "alarms": [one.key for one in window.flight_controller.unacknowledged_alarms()],
             "settled": window.flight_controller.is_up_to_date,
             "times": block.times[known].tolist(),
             "columns": alpha_columns(window),
