@@ -23,14 +23,13 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.atomic_files import copy_atomically, write_flight_file
-from gsapp.flight.cards.card import CardSet, load_cards, save_cards
 from gsapp.flight.events import EventLog
 from gsapp.flight.file_names import (
     AIRCRAFT_FILE,
@@ -59,6 +58,10 @@ from gsapp.foundation.files import (
     path_lexists,
 )
 from gsapp.foundation.toml import validate_content
+
+if TYPE_CHECKING:
+    # A recorder, which must start fast, needs neither cards nor the dynamics behind them.
+    from gsapp.flight.cards.card import CardSet
 
 _FLIGHT_FILES = (
     INFO_FILE,
@@ -252,10 +255,14 @@ class FlightFolder:
 
     def store_cards(self, cards: CardSet) -> Path:
         """Write the test cards of the flight into the folder; those that were there go."""
+        from gsapp.flight.cards.card import save_cards
+
         return save_cards(self.cards_file, cards)
 
     def cards(self) -> CardSet | None:
         """Read the test cards of the flight; None if it has none."""
+        from gsapp.flight.cards.card import load_cards
+
         return load_cards(self.cards_file) if path_lexists(self.cards_file) else None
 
     def certificate_files(self) -> tuple[Path, ...]:

@@ -841,3 +841,12 @@ def test_a_recorder_that_died_is_started_again_as_it_was(tmp_path, frames, port,
     patience(lambda: len(data_of(folder)) == 2)
     with pytest.raises(LinkError):
         restart_recorder(tmp_path / "nowhere")
+
+
+def test_a_recorder_starts_without_the_numerics_of_models() -> None:
+    """A recorder that died is missed for as long as the next one takes to start."""
+    code = (
+        "import sys, gsapp.telemetry.recorder_process\n"
+        "sys.exit(bool({'scipy', 'pint', 'gsapp.dynamics'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
