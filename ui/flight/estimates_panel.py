@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from pyqtgraph.functions import arrayToQPolygonF
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QListView,
@@ -19,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gsapp.quantities import trace_color
+from gsapp.quantities import FloatArray, trace_color
 from ui.display_limits import DISPLAY
 from ui.display_style import DisplayStyle
 from ui.flight.evidence_panel import EvidencePanel
@@ -196,23 +197,29 @@ class EstimateDelegate(QStyledItemDelegate):
         first, last = float(row.times[0]), float(row.times[-1])
         span = max(last - first, 1.0)
 
-        def place(time: float, number: float) -> QPointF:
-            share = min(max((number - value) / reach, -1.0), 1.0)
-            return QPointF(
-                box.left() + (time - first) / span * box.width(),
-                box.center().y() - 0.46 * share * box.height(),
+        def places(
+            times: FloatArray | float, numbers: FloatArray | float
+        ) -> tuple[FloatArray, FloatArray]:
+            shares = np.clip((np.asarray(numbers) - value) / reach, -1.0, 1.0)
+            return (
+                box.left() + (np.asarray(times) - first) / span * box.width(),
+                box.center().y() - 0.46 * shares * box.height(),
             )
+
+        def place(time: float, number: float) -> QPointF:
+            x, y = places(time, number)
+            return QPointF(float(x), float(y))
 
         painter.setClipRect(box)
         if row.prior is not None:
             painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
             painter.drawLine(place(first, row.prior), place(last, row.prior))
         painter.setPen(QPen(QColor(theme.trace(trace_color(row.name))), px(1.5)))
-        step = max(1, row.times.size // (4 * _PLOT_WIDTH))
-        for run in _contiguous_segments(np.isfinite(row.values[::step])):
-            times, values = row.times[::step][run], row.values[::step][run]
-            line = [place(float(t), float(v)) for t, v in zip(times, values, strict=True)]
-            painter.drawPolyline(QPolygonF(line))
+        # One point per point of width shows all that can be seen.
+        step = max(1, row.times.size // _PLOT_WIDTH)
+        x, y = places(row.times[::step], row.values[::step])
+        for run in _contiguous_segments(np.isfinite(y)):
+            painter.drawPolyline(arrayToQPolygonF(x[run], y[run]))
         color = QColor(theme.text)
         painter.setPen(QPen(color, px(1)))
         painter.setBrush(color)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -124,6 +125,7 @@ class EstimateMonitor:
         self._verdicts = verdicts
         self.fits = ManeuverFits(ManeuverCutter(history, aircraft, info, name), model, workers)
         self.error_text = ""
+        self._fed = self._taken = -math.inf  # Flight time of the newest sample, and as of a step.
         self._ftr: FTR | None = None
         try:
             carded = apply_flight_info(aircraft, info())
@@ -134,14 +136,18 @@ class EstimateMonitor:
     # --- the consumer of a feed -----------------------------------------------------------------
 
     def feed(self, block: Block) -> None:
-        if self._ftr is not None:
+        if self._ftr is not None and len(block):
             self._ftr.feed(block)
+            self._fed = max(self._fed, float(block.times[-1]))
 
     def process_step(self) -> None:
-        if self._ftr is not None:
+        """Let FTR take in what came, at most once an `estimate_interval`: it is cheaper so."""
+        if self._ftr is not None and self._fed >= self._taken + MONITORS.estimate_interval:
+            self._taken = self._fed
             self._ftr.process_step()
 
     def reset(self) -> None:
+        self._fed = self._taken = -math.inf
         if self._ftr is not None:
             self._ftr.reset()
         self.fits.reset()

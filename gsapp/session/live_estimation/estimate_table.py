@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -81,6 +82,7 @@ def build_estimate_rows(
         Flight time before the last maneuver, s: what it changed is said.
     """
     rows = []
+    points, methods = _fitted_points(fits)
     for name, one in live.items():
         if name.endswith("_0"):
             continue
@@ -95,9 +97,9 @@ def build_estimate_rows(
                 why="" if one.value is not None else one.why,
                 times=empty if history is None else history.times,
                 values=empty if history is None else history.values,
-                points=_points(name, fits),
+                points=points.get(name, ()),
                 mean=fits.values.get(name),
-                methods=_methods(name, fits),
+                methods=methods.get(name, ()),
                 prior=None if model is None else model.derivatives.get(name),
                 change_text=""
                 if history is None or since is None
@@ -107,27 +109,25 @@ def build_estimate_rows(
     return tuple(rows)
 
 
-def _methods(name: str, fits: CampaignResult) -> tuple[str, ...]:
-    estimates = [one.estimate for one in fits.results if one.estimate is not None]
-    return tuple(dict.fromkeys(one.method for one in estimates if name in one.estimated))
-
-
-def _points(name: str, fits: CampaignResult) -> tuple[FittedPoint, ...]:
-    found = []
+@lru_cache(maxsize=1)
+def _fitted_points(
+    fits: CampaignResult,
+) -> tuple[Mapping[str, tuple[FittedPoint, ...]], Mapping[str, tuple[str, ...]]]:
+    """Return what each maneuver gave, and by which methods, by derivative."""
+    points: dict[str, list[FittedPoint]] = {}
+    methods: dict[str, dict[str, None]] = {}
     for one in fits.results:
-        estimate = None if one.estimate is None else one.estimate.derivatives.get(name)
-        if estimate is None or estimate.status != "estimated":
+        if one.estimate is None:
             continue
-        if estimate.value is not None and estimate.std is not None:
-            found.append(
-                FittedPoint(
-                    maneuver=one.maneuver.id,
-                    time=one.maneuver.t_end,
-                    value=estimate.value,
-                    std=estimate.std,
-                )
+        for name, (value, std) in one.estimate.estimated.items():
+            methods.setdefault(name, {})[one.estimate.method] = None
+            points.setdefault(name, []).append(
+                FittedPoint(maneuver=one.maneuver.id, time=one.maneuver.t_end, value=value, std=std)
             )
-    return tuple(found)
+    return (
+        {name: tuple(own) for name, own in points.items()},
+        {name: tuple(own) for name, own in methods.items()},
+    )
 
 
 def bound_change_text(history: EstimateHistory, since: float) -> str:

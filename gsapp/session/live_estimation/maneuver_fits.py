@@ -114,6 +114,7 @@ class ManeuverFits:
         self._order: list[str] = []
         self._found: dict[str, ManeuverResult] = {}
         self._failures: dict[str, str] = {}
+        self._result: CampaignResult | None = None
 
     def reset(self) -> None:
         for one in self._running.values():
@@ -178,6 +179,7 @@ class ManeuverFits:
                 self._failures[name] = f"the fit failed ({error or type(error).__name__})"
             else:
                 self._found[name] = done.result().result
+                self._result = None
                 self._failures.pop(name, None)
                 if self._found[name].failure:
                     self._failures[name] = self._found[name].failure
@@ -197,10 +199,15 @@ class ManeuverFits:
 
     @property
     def result(self) -> CampaignResult:
-        """Return the fits so far, in the order in which the maneuvers were flown."""
-        results = tuple(self._found[name] for name in self._order if name in self._found)
-        return CampaignResult(
-            settings=self._settings,
-            results=results,
-            values=campaign_values([one.estimate for one in results]),
-        )
+        """Return the fits so far, in the order in which the maneuvers were flown.
+
+        The same object until another fit comes.
+        """
+        if self._result is None:
+            results = tuple(self._found[name] for name in self._order if name in self._found)
+            self._result = CampaignResult(
+                settings=self._settings,
+                results=results,
+                values=campaign_values([one.estimate for one in results]),
+            )
+        return self._result
