@@ -60,6 +60,8 @@ class Certificate:
     """As `coefficients`, to the SI unit of the channel."""
     end_slopes: tuple[float, float] = field(init=False)
     """Slope of the curve at either end of `range`, SI per V."""
+    value_range: tuple[float, float] = field(init=False)
+    """Lowest and highest value that was calibrated, in the SI unit."""
 
     def __post_init__(self) -> None:
         key = channel(self.channel).quantity
@@ -71,12 +73,8 @@ class Certificate:
         slope = [power * c for power, c in enumerate(si)][1:]
         ends = evaluate_polynomial(slope, np.array(self.range))
         object.__setattr__(self, "end_slopes", (float(ends[0]), float(ends[1])))
-
-    @property
-    def value_range(self) -> tuple[float, float]:
-        """Return the lowest and highest value that was calibrated, in the SI unit."""
-        ends = evaluate_polynomial(self.si_coefficients, np.array(self.range))
-        return float(ends.min()), float(ends.max())
+        values = evaluate_polynomial(self.si_coefficients, np.array(self.range))
+        object.__setattr__(self, "value_range", (float(values.min()), float(values.max())))
 
     def out_of_range(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return which values lie outside what was calibrated; NaN does not.

@@ -23,6 +23,7 @@ from gsapp.session.consumer_scheduler import (
     ConsumerCursor,
     ConsumerScheduler,
     GridSegments,
+    SlowConsumer,
 )
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.session.sample_history import SampleHistory
@@ -136,6 +137,9 @@ class LiveFeed:
         self._stretches = GridSegments(history.rate)
         self._following = ConsumerScheduler(history, self._stretches, consumers, clock)
         self._listening: list[tuple[Consumer, float]] = []  # and from which flight time on
+        self._slow: list[SlowConsumer] = []  # Those of them with work between two steps.
+        self._undelivered: list[Block] = []
+        self._delivered_at = -math.inf
         self._begun = False
         self.is_up_to_date = False
 
@@ -165,6 +169,7 @@ class LiveFeed:
     def advance(self, deadline: float) -> None:
         """Take in what was recorded since, until the clock shows `deadline`."""
         self._read(deadline)
+        self._deliver()
         if self.is_up_to_date:
             self._catch_up(deadline)
 
@@ -172,6 +177,7 @@ class LiveFeed:
         """Take in the rest of a record that is complete."""
         self.advance(math.inf)
         self._append_blocks(self._reader.finish())
+        self._deliver(at_once=True)
 
     def _read(self, deadline: float) -> None:
         while True:
@@ -193,6 +199,24 @@ class LiveFeed:
             self._history.append(block)
             if self._following.cursors:
                 self._stretches.add(block)
+        if self._listening:
+            self._undelivered += blocks
+
+    def _deliver(self, *, at_once: bool = False) -> None:
+        """Give what came to those who watch, a few times between two glances of a person.
+
+        Charts follow sample by sample; for each of the others a step costs the same, however much
+        it brings.
+        """
+        now = self._clock()
+        due = now >= self._delivered_at + MONITORS.delivery_interval
+        if not self._undelivered or not (due or at_once or self._following.cursors):
+            for one in self._slow:
+                if one.has_pending_work(math.inf):
+                    one.process_step()
+            return
+        self._delivered_at = now
+        blocks, self._undelivered = self._undelivered, []
         for consumer, begin in self._listening:
             for block in blocks:
                 # What it was given from the history it is not given again.
@@ -235,6 +259,8 @@ class LiveFeed:
         begun = follower.next_index != self._stretches.first
         begin = (follower.next_index - 0.5) / history.rate if begun else -math.inf
         self._listening.append((consumer, begin))
+        if isinstance(consumer, SlowConsumer):
+            self._slow.append(consumer)
 
 
 class ReplayFeed:

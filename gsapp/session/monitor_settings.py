@@ -25,6 +25,7 @@ class SessionMonitorSettings:
     consumer_retry: float = 1.0  # Seconds after which what failed in a live flight is tried again.
 
     # Samples to those who watch.
+    delivery_interval: float = 0.04  # Between two steps of alarms, cues and estimates, live.
     max_rows: int = 512  # Rows of the grid given at a time where nothing holds anybody up.
     max_delay: float = 1.0  # s of flight behind that still count as up to date.
     max_filled_pause: float = 60.0  # s without a sample that belong to a flight.
