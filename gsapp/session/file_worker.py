@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -27,6 +28,10 @@ T = TypeVar("T")
 _PIECE, _MOST_AHEAD = 1024, 8192
 """Records read at a time, and at most before somebody takes them."""
 
+_ROUNDS = 20
+"""Between two updates far apart: fewer were read where the thread stood still, too. Some of them
+may have been before the standstill."""
+
 log = logging.getLogger(__name__)
 
 
@@ -38,7 +43,8 @@ class FileWorker:
         self._tasks: list[_Task] = []
         self._wake = Flag()
         self._round_ended: float | None = None
-        self._rounds = self._fresh_round = 0
+        self._rounds = self._seen_rounds = self._fresh_round = 0
+        self._updated = math.inf
         self.is_closed = False
 
     @property
@@ -46,15 +52,17 @@ class FileWorker:
         """Return the seconds since everything was read last: large where the disk hangs."""
         return 0.0 if self._round_ended is None else time.monotonic() - self._round_ended
 
-    @property
-    def is_outdated(self) -> bool:
-        """Return whether what was read is from before the program stood still."""
-        return self._rounds < self._fresh_round and self.seconds_waiting < MONITORS.disk_timeout
+    def note_update(self) -> bool:
+        """Return whether what was read is from before the program stood still; called regularly.
 
-    def note_standstill(self) -> None:
-        """Take note that the whole program stood still: nothing was asked of the disk meanwhile."""
-        self._round_ended = time.monotonic()
-        self._fresh_round = self._rounds + 2  # The next one to end may have begun before.
+        After a standstill everything is read again. A disk that hangs is not waited for.
+        """
+        now, former = time.monotonic(), self._updated
+        needed = self._seen_rounds + _ROUNDS
+        if now - former > MONITORS.max_standstill and self._rounds < needed:
+            self._round_ended, self._fresh_round = now, needed
+        self._updated, self._seen_rounds = now, self._rounds
+        return self._rounds < self._fresh_round and self.seconds_waiting < MONITORS.disk_timeout
 
     def repeat(self, task: Callable[[], object], every: float = 0.0) -> None:
         """Let something be done every so many seconds, from the start on."""

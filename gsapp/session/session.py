@@ -120,7 +120,6 @@ class Session:
         self._has_grown = opened.has_grown
         self._clock = clock
         self._next_events = self._next_relax = -math.inf
-        self._updated = math.inf  # when `update` was called last
         ahead = AlarmRegistry() if mode == "replay" else None
         self.alarm_log = AlarmLog(
             self.alarm_registry, self.mark_store, wall_us, self._apply_event, ahead
@@ -204,16 +203,15 @@ class Session:
         the snapshot, and link, recorder and disk are looked after all the same.
         """
         now = self._clock()
-        if self._worker is not None and now - self._updated > MONITORS.max_standstill:
-            self._worker.note_standstill()
-        self._updated = now
+        is_outdated = self._worker is not None and self._worker.note_update()
         if self.equipment is None:
             self.feed.advance(now + budget)
             self._run_periodic_tasks(now)
             return
         self._steps.attempt("record", lambda: self.feed.advance(now + budget), now)
         self._steps.attempt("beside", lambda: self._run_periodic_tasks(now), now)
-        self._check_equipment(self.equipment)
+        if not is_outdated:
+            self._check_equipment(self.equipment)
 
     def _run_periodic_tasks(self, now: float) -> None:
         """See what there is beside the samples: estimates, and what all windows wrote."""
@@ -227,8 +225,6 @@ class Session:
             self.alarm_log.read()
 
     def _check_equipment(self, equipment: EquipmentMonitor) -> None:
-        if self._worker is not None and self._worker.is_outdated:
-            return
         decoder = self.decoder
         health = None if decoder is None else decoder.health
         unread = "record" in self._steps.failures

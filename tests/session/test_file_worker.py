@@ -7,7 +7,9 @@ from gsapp.session.file_worker import FileWorker
 from gsapp.session.monitor_settings import MONITORS
 
 
-def test_what_was_read_before_a_standstill_is_outdated_until_it_is_read_again() -> None:
+def test_what_was_read_before_a_standstill_is_outdated_until_it_is_read_again(monkeypatch) -> None:
+    ahead, real = 0.0, time.monotonic
+    monkeypatch.setattr(time, "monotonic", lambda: real() + ahead)
     worker, may_read, reads = FileWorker(), threading.Event(), []
     may_read.set()
 
@@ -19,17 +21,29 @@ def test_what_was_read_before_a_standstill_is_outdated_until_it_is_read_again() 
     worker.start()
     while len(reads) < 2:
         time.sleep(0.001)
-    assert not worker.is_outdated
+    assert not worker.note_update()
+    assert not worker.note_update()
     may_read.clear()
     time.sleep(0.05)
-    worker.note_standstill()
-    assert worker.is_outdated
+    ahead = MONITORS.max_standstill + 0.1
+    assert worker.note_update()
     assert worker.seconds_waiting < MONITORS.disk_timeout
     before = len(reads)
     may_read.set()
-    while worker.is_outdated:
+    while worker.note_update():
         time.sleep(0.001)
-    assert len(reads) >= before + 2
+    assert len(reads) > before
+    worker.close()
+
+
+def test_updates_that_are_rare_do_not_outdate_what_is_read_meanwhile() -> None:
+    worker, reads = FileWorker(), []
+    worker.repeat(lambda: reads.append(1))
+    worker.start()
+    worker.note_update()
+    time.sleep(MONITORS.max_standstill + 0.1)
+    assert len(reads) > 20
+    assert not worker.note_update()
     worker.close()
 
 
@@ -37,8 +51,11 @@ def test_a_disk_that_hangs_after_a_standstill_is_known_to_hang(monkeypatch) -> N
     now = 100.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     worker = FileWorker()
-    worker.note_standstill()
-    assert worker.is_outdated
-    now += MONITORS.disk_timeout + 0.1
-    assert not worker.is_outdated
+    assert not worker.note_update()
+    now += MONITORS.max_standstill + 0.1
+    assert worker.note_update()
+    for _ in range(3):  # no standstill, but a disk that does not answer
+        worker.note_update()
+        now += MONITORS.max_standstill - 0.1
+    assert not worker.note_update()
     assert worker.seconds_waiting > MONITORS.disk_timeout
