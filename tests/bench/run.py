@@ -7,6 +7,7 @@ python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb
 python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
 python3 packaging/bootstrap.py bench dirt 40 lags,clock    fewer flights, some kinds of dirt
 python3 packaging/bootstrap.py bench fuzz 1200     damaged files for every reader, for 20 minutes
+python3 packaging/bootstrap.py bench faults 500    faults at random moments of a flight
 python3 packaging/bootstrap.py bench soak 60      the window for an hour of real time
 python3 packaging/bootstrap.py bench memory 480   eight simulated hours of a flight
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
@@ -57,12 +58,14 @@ BENCHMARKS = {
     "real": "ATTAS and HFB-320 by default, beside published derivatives; their data in FOLDER",
     "fuzz": "every reader of a file under mutation; SECONDS, READERS, first seed (see its head)",
     "soak": "the window for a real hour: memory, handles, frames, latency; MINUTES (see its head)",
+    "faults": "faults in flight: bytes lost, alarms, recovery; RUNS, FIRST_SEED, FAULTS",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
 ONLY_WHEN_NAMED = {
     "fuzz", "peers", "discrepancy", "deciding_experiment", "live_search", "day", "real", "dirt",
-    "soak",
+    "soak", "faults",
 }  # fmt: skip
+WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults"}
 
 
 def load(name: str) -> ModuleType:
@@ -81,7 +84,7 @@ def main(arguments: list[str]) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     options = [argument for argument in arguments if argument.startswith("-")]
     names = [argument for argument in arguments if not argument.startswith("-")]
-    given = names[1:] if names[:1] in (["real"], ["dirt"], ["fuzz"], ["soak"], ["memory"]) else []
+    given = names[1:] if names[:1] and names[0] in WITH_ARGUMENTS else []
     names = names[: len(names) - len(given)]
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown or set(options) - {"--quick", "--plain"}:
