@@ -27,7 +27,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.raw_files import RawDamage, RawTail, read_nonempty_tlog
 from gsapp.flight.raw_files.record_files import RawRecord
-from gsapp.flight.read_limits import NUMBER_BYTES, count_grid_rows, read_limit
+from gsapp.flight.read_limits import NUMBER_BYTES, check_grid_size, count_grid_rows, read_limit
 from gsapp.flight.read_settings import FlightReadSettings, NameOrPath
 from gsapp.flight.readers.columns import (
     ColumnFlight,
@@ -488,8 +488,18 @@ def _decode_records(
     decoder = setting.decoder(channel_map)
 
     def blocks() -> Iterator[Block]:
+        records = 0
+        sparse = numbers = 0.0
         for batch in chain([first], batches):
-            yield from decoder.feed(batch)
+            # Before they are decoded: a batch of records a minute apart fills any memory.
+            records += len(batch)
+            stamps = np.array([one.stamp_us for one in batch]) / 1e6
+            sparse += count_grid_rows(stamps, decoder.rate) * len(channel_map.entries)
+            check_grid_size(path, sparse, decoder.rate, records)
+            for block in decoder.feed(batch):
+                numbers += block.values.size
+                check_grid_size(path, numbers, decoder.rate, records)
+                yield block
         yield from decoder.finish()
 
     if setting.native:

@@ -39,14 +39,22 @@ def check_read_size(path: Path, needed: int, limit: int) -> None:
 
 def count_grid_rows(times: FloatArray, rate: float) -> float:
     """Return about how many rows of a grid increasing times (s) lie on, long pauses left out."""
-    filled = np.minimum(np.diff(times), FLIGHT_DATA.max_filled_gap)
+    filled = np.clip(np.diff(times), 0.0, FLIGHT_DATA.max_filled_gap)
     return float(filled.sum()) * rate + times.size
 
 
-def check_grid_size(path: Path, numbers: float, rate: float) -> None:
-    """Raise `FlightError` where a file takes so many numbers on a grid (Hz) as fit no memory."""
+def check_grid_size(path: Path, numbers: float, rate: float, records: int = 0) -> None:
+    """Raise `FlightError` where a file takes so many numbers on a grid (Hz) as fit no memory.
+
+    Or far more than its `records`, where they are known, can mean.
+    """
     needed = numbers * NUMBER_BYTES
-    if needed > read_limit(path.stat().st_size if path.is_file() else 0):
+    if records and numbers < FLIGHT_DATA.min_sparse_numbers:
+        return
+    limit = read_limit(path.stat().st_size if path.is_file() else 0)
+    if records and LIMIT_VARIABLE not in os.environ:
+        limit = min(limit, round(records * FLIGHT_DATA.max_record_numbers * NUMBER_BYTES))
+    if needed > limit:
         megabytes = int(needed) // MEGABYTE + 1
         raise FlightError(
             f"{path} takes {megabytes:,} MB at {rate:g} samples per second: its samples are too "

@@ -17,7 +17,13 @@ from gsapp.flight.readers.reader_process import observe_reading, read_in_process
 from gsapp.flight.readers.tables import read_mat_columns, read_parquet_columns
 from gsapp.flight.settings import READER_PROCESS
 from gsapp.foundation import GroundStationError
-from tests.bad_input.bad_input_kit import is_running, refused, use_endless_reader, use_reader
+from tests.bad_input.bad_input_kit import (
+    Box,
+    is_running,
+    refused,
+    use_endless_reader,
+    use_reader,
+)
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="needs limits of memory")
@@ -182,6 +188,18 @@ def test_a_log_whose_stamps_lie_far_apart_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
         load_flight(path, channel_map=channel_map)
+
+
+def test_telemetry_whose_frames_come_a_minute_apart_is_refused(tmp_path: Path) -> None:
+    """On the grid 600 of them take 1.3 GB; a few are read."""
+    path, box = tmp_path / "far.tlog", Box()
+    stamps = [59_000_000 * k for k in range(600)]
+    record = [struct.pack(">Q", 1_700_000_000_000_000 + at) + box.array(at) for at in stamps]
+    path.write_bytes(b"".join(record))
+    with pytest.raises(GroundStationError, match="GSAPP_READ_LIMIT_MB"):
+        load_flight(path)
+    path.write_bytes(b"".join(record[:10]))
+    assert load_flight(path).block.times[-1] == pytest.approx(9 * 59.0)
 
 
 LONG = {
