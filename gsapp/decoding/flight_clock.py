@@ -30,6 +30,10 @@ MIN_UNIX_STAMP = 10**15
 """Stamps from here on (September 2001) count from 1970, not from switching on."""
 
 
+_BACKLOG_PAUSE = 200_000
+"""Between a stamp and an arrival that belong to one backlog, us."""
+
+
 class TimedItem(NamedTuple):
     """An item with its flight time, microseconds."""
 
@@ -87,6 +91,7 @@ class FlightClock:
         self._unix_minus_boot: int | None = None
         self._envelope: float | None = None
         self._envelope_host = 0
+        self._backlog = 0.0  # Delay of the newest stamp beyond the least.
         self._stamped = False
         self._above: list[_HeldItem] = []
         self._waiting: list[_HeldItem] = []
@@ -151,14 +156,17 @@ class FlightClock:
         """Return the flight time of an arrival: of a message that carries no stamp.
 
         It is the time at which a message that left now, with the least delay known, would
-        arrive. None if no stamp was seen yet, or if the host's clock may have been set since the
-        last one; the item then waits for the next stamps.
+        arrive; where a link delivers what it kept back, that of the newest stamp. None if no stamp
+        was seen yet, or if the host's clock may have been set since the last one; the item then
+        waits for the next stamps.
         """
         if self._envelope is None or self._may_be_set(host):
             self._waiting.append(_HeldItem(0, host, item))
             self._give_up_waiting(host)
             return None
         time = self.flight_time(host)
+        if self._backlog > DECODING.min_backlog and host - self._envelope_host <= _BACKLOG_PAUSE:
+            time = min(time, self.now)  # It was kept back with the stamps beside it.
         self._pass(time)
         return time
 
@@ -360,6 +368,7 @@ class FlightClock:
         elif self._above:
             self._above.clear()
         self._envelope = delay if delay < envelope else envelope
+        self._backlog = delay - self._envelope if time >= self.now else 0.0
         if time > self.now:
             self._pass(time)
         if self._waiting and not self._above:

@@ -23,6 +23,7 @@ class DecodingSettings:
     max_clock_drift: float = 2e-4  # Between the two clocks; crystals do 1e-4 at worst.
     max_held_stamps: int = 16  # Stamps held of a clock that is not confirmed yet.
     first_stamp_timeout: int = 30_000_000  # Messages without a stamp wait so long for one.
+    min_backlog: int = 1_000_000  # Delay from which a link delivers what it kept back.
     min_host_clock_step: int = 30_000_000  # A lasting step of the delay: host clock set.
     give_up_interval: int = 30_000_000  # Interval at which rows that still wait are given up.
     autopilot_timeout: int = 3_000_000  # Wait for an autopilot: it sends a heartbeat a second.

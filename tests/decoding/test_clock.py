@@ -420,3 +420,25 @@ def test_a_clock_that_goes_back_and_stands_still() -> None:
     assert case.kinds[0] == "restart"
     assert len(case.times) == 1100
     assert case.times[-1] == pytest.approx(510_990_000, abs=20_000)
+
+
+def test_what_a_link_kept_back_is_timed_by_the_stamps_beside_it() -> None:
+    case = Case()
+    second = 1_000_000
+    for k in range(100):  # ten seconds; what left after the third comes at the end of the tenth
+        sent = 100_000 * k
+        host = sent if sent < 3 * second else max(sent, 10 * second)
+        case.stamp(sent, host, item="stamped")
+        case.arrive(host + 1, item=f"beside {sent}")
+    beside = {int(item[7:]): time for item, time in case.placed if item.startswith("beside")}
+    assert len(beside) == 100
+    # Within the second from which on it is a backlog arrivals tell.
+    assert all(abs(time - sent) <= second for sent, time in beside.items())
+    assert all(time == sent for sent, time in beside.items() if 3 * second <= sent < 8.9 * second)
+    # Stamps that end hold nothing up, and one that was late on its way is no backlog.
+    case.arrive(14 * second, item="alone")
+    assert case.placed[-1][1] == pytest.approx(14 * second, abs=5000)  # the clocks may drift
+    case.stamp(14 * second, 14 * second)
+    case.stamp(13 * second - 500_000, 14 * second + 1)
+    case.arrive(14 * second + 2, item="after a late one")
+    assert case.placed[-1][1] == pytest.approx(14 * second, abs=5000)
