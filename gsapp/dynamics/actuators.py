@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from gsapp.aircraft import Aircraft, Control
 from gsapp.dynamics.flight_model import FlightModel
@@ -138,6 +137,8 @@ class _SmoothedBacklash:
 
 def _smooth(history: FloatArray, dt: float) -> FloatArray:
     half = round(0.5 * SIMULATION.control_smoothing / dt)
+    from scipy.ndimage import uniform_filter1d  # a tenth of a second
+
     return np.asarray(uniform_filter1d(history, 2 * half + 1, axis=0, mode="nearest"))
 
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import root
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
@@ -103,6 +102,8 @@ def trim(
     slope = model.model.derivative("CN_alpha")
     alpha = min(max((lift - model.model.derivative("CN_0")) / slope, -0.2), 0.4)
     start = np.array([alpha, 0.0, 0.0, 0.0, 0.5, alpha + climb_angle, 0.0, turn])
+    from scipy.optimize import root  # a fifth of a second
+
     solution = root(residual, start, method="hybr", tol=1e-12)
     worst = float(np.max(np.abs(residual(solution.x))))
     if not worst < 1e-7:

@@ -11,11 +11,16 @@ def format_names(names: Sequence[str], most: int) -> str:
 
     Examples
     --------
-    >>> listed(["p", "q", "r"], 2)
+    >>> format_names(["p", "q", "r"], 2)
     'p, q and 1 more'
     """
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{', '.join(names[:most])}{more}"
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Return ``a``, ``a and b``, or ``a, b and c``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", *, most: int = 3) -> str:

@@ -22,6 +22,30 @@ from gsapp.virtual.sticks import StickInput
 
 TRAINEE_PHASE: Final = "you have control"
 RECOVERY_PHASE: Final = "I have control"
+_ANNOUNCEMENTS: Final = {
+    "preflight": "Telemetry on, recording",
+    "engines running": "Engines running",
+    "range check": "Range check",
+    "take-off": "Take-off run",
+    "climb": "Airborne",
+    "pattern": "In the pattern",
+    "approach": "Approach",
+    "landed": "Landed",
+    "engines off": "Engines off",
+    "crashed": "Crashed",
+    TRAINEE_PHASE: "You have control",
+    RECOVERY_PHASE: "I have control",
+}
+REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
+"""Phases that are told whenever they begin, not the first time alone."""
+
+
+def phase_announcement(phase: str) -> str:
+    """Return what the box tells the crew when a phase begins; empty for none.
+
+    The box does not know of maneuvers: finding those is the ground's affair.
+    """
+    return _ANNOUNCEMENTS.get(phase, "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from pyqtgraph.functions import arrayToQPolygonF
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
@@ -215,6 +214,8 @@ class EstimateDelegate(QStyledItemDelegate):
             painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
             painter.drawLine(place(first, row.prior), place(last, row.prior))
         painter.setPen(QPen(QColor(theme.trace(trace_color(row.name))), px(1.5)))
+        from pyqtgraph.functions import arrayToQPolygonF  # a quarter of a second
+
         # One point per point of width shows all that can be seen.
         step = max(1, row.times.size // _PLOT_WIDTH)
         x, y = places(row.times[::step], row.values[::step])

@@ -13,8 +13,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from gsapp.flight.cards import load_cards
 from gsapp.virtual.downlink.aircraft_process import TrainingProcess
-from gsapp.virtual.downlink.flight_downlink import phase_announcement
-from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE, phase_announcement
 from ui.commands import shortcut_text
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController

@@ -25,8 +25,7 @@ from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet, CardSetProgress
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.name_suggestions import did_you_mean
-from gsapp.identification.compatibility.results import join_names
+from gsapp.foundation.name_suggestions import did_you_mean, join_names
 from gsapp.quantities import SURFACE_NAMES, Block, channel
 
 NO_AIRCRAFT = "no aircraft file: stall, sensor ranges and stick shares are not known"

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import expm
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.equations import POLAR_STATES
@@ -165,6 +164,8 @@ def simulate_linear(linear: LinearModel, inputs: FloatArray, dt: float) -> Float
     matrix[:size, :size] = linear.A * dt
     matrix[:size, size : size + width] = linear.B * dt
     matrix[size : size + width, size + width :] = np.eye(width)
+    from scipy.linalg import expm  # a tenth of a second
+
     forward = expm(matrix)
     Phi, level, ramp = (
         forward[:size, :size],

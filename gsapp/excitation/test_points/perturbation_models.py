@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.linalg import expm
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics import linearization
@@ -143,6 +142,8 @@ def _step_response(
     matrix[:size, :size] = linear.A
     matrix[:size, size] = linear.B[:, column]
     matrix[size, size:] = -1.0 / lag, 1.0 / lag
+    from scipy.linalg import expm  # a tenth of a second
+
     forward = expm(INPUTS.response_time_step * matrix)
     found = np.empty((count, size + 2))
     state = np.zeros(size + 2)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
@@ -127,6 +126,8 @@ class TrimCurve:
         self._table = self._flown(aircraft, model)
         if self._table.size:
             speeds, alphas = self._table[:, 0], self._table[:, 1]
+            from scipy.interpolate import PchipInterpolator  # a quarter of a second
+
             self._curve = PchipInterpolator(speeds, self._table[:, 1:])
             self._speed = PchipInterpolator(alphas[::-1], speeds[::-1])
 

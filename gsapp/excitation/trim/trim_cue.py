@@ -9,7 +9,7 @@ from typing import Final, Literal, NamedTuple
 
 from gsapp.excitation.settings import TRIM
 from gsapp.excitation.test_points.point import TestPoint
-from gsapp.identification.compatibility.results import join_names
+from gsapp.foundation.name_suggestions import join_names
 from gsapp.quantities import channel, from_si
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 

@@ -10,6 +10,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.sensors import pitot_airspeed, velocity_at
 from gsapp.foundation import FlightError
+from gsapp.foundation.name_suggestions import join_names
 from gsapp.identification.compatibility.axis_hypotheses import (
     AxisCorrectionResult,
     evaluate_signs,
@@ -35,7 +36,6 @@ from gsapp.identification.compatibility.results import (
     format_error,
     format_error_with_bound,
     format_quantity,
-    join_names,
 )
 from gsapp.identification.compatibility.segments import (
     CompatibilitySegment,

@@ -13,12 +13,12 @@ from itertools import combinations
 import numpy as np
 
 from gsapp.decoding.air_data import true_airspeed
+from gsapp.foundation.name_suggestions import join_names
 from gsapp.identification.compatibility.results import (
     InstrumentVerdict,
     SensorComparison,
     channel_title,
     format_quantity,
-    join_names,
 )
 from gsapp.identification.compatibility.settings import COMPATIBILITY, CompatibilitySettings
 from gsapp.identification.maneuver import Maneuver

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -122,11 +122,6 @@ _SHORT = {"ax": "a_x", "ay": "a_y", "an": "a_n"}
 def channel_title(name: str) -> str:
     """Return a channel as spoken of: ``a_y``, ``beta``."""
     return _SHORT.get(name, name)
-
-
-def join_names(names: Sequence[str]) -> str:
-    """Return ``a``, ``a and b``, or ``a, b and c``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _display_unit(name: str) -> tuple[float, str]:

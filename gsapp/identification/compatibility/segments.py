@@ -10,7 +10,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import true_airspeed
 from gsapp.foundation import FlightError
-from gsapp.identification.compatibility.results import join_names
+from gsapp.foundation.name_suggestions import join_names
 from gsapp.identification.compatibility.settings import (
     COMPATIBILITY,
     KINEMATIC_INPUTS,

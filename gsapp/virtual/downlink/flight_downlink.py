@@ -7,7 +7,6 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
@@ -23,34 +22,9 @@ from gsapp.virtual.downlink.onboard_messages import (
     Packet,
     telemetry_layout,
 )
-from gsapp.virtual.mission import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.virtual.mission import REPEATED_PHASES, phase_announcement
 from gsapp.virtual.settings import VIRTUAL
 from gsapp.virtual.virtual_flight import FlightSegment, FlightSimulation, truth_block
-
-_ANNOUNCEMENTS: Final = {
-    "preflight": "Telemetry on, recording",
-    "engines running": "Engines running",
-    "range check": "Range check",
-    "take-off": "Take-off run",
-    "climb": "Airborne",
-    "pattern": "In the pattern",
-    "approach": "Approach",
-    "landed": "Landed",
-    "engines off": "Engines off",
-    "crashed": "Crashed",
-    TRAINEE_PHASE: "You have control",
-    RECOVERY_PHASE: "I have control",
-}
-REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
-"""Phases that are told whenever they begin, not the first time alone."""
-
-
-def phase_announcement(phase: str) -> str:
-    """Return what the box tells the crew when a phase begins; empty for none.
-
-    The box does not know of maneuvers: finding those is the ground's affair.
-    """
-    return _ANNOUNCEMENTS.get(phase, "")
 
 
 class FlightDownlink:
