@@ -342,12 +342,12 @@ AIRFRAMES: Mapping[str, tuple[str, ...]] = {
     "T37": (
         "aero.CN.flap", "aero.CA.flap", "aero.CA.de2", "aero.CA.alpha2", "aero.CA.beta2",
         "aero.CN.alpha2", "aero.Cm.alphadot", "aero.CN.alphadot", "aero.Cm.memory",
-        "aero.CN.memory", "aero.Cm.flap",
+        "aero.CN.memory", "aero.Cm.flap", "aero.CY.alpha_beta",
     ),
     "c172p": (
         "aero.CN.flap", "aero.CA.flap", "aero.Cm.flap", "aero.CA.de2", "aero.CA.alpha2",
         "aero.CA.beta2", "aero.CN.alpha2", "aero.Cm.alphadot", "aero.CN.alphadot",
-        "aero.Cm.memory", "aero.CN.memory", "aero.Cm.beta2",
+        "aero.Cm.memory", "aero.CN.memory", "aero.Cm.beta2", "aero.CY.alpha_beta",
     ),
     "Concorde": (
         "aero.CA.alpha2", "aero.CA.beta2", "aero.CA.de2", "aero.CN.alpha2", "aero.Cm.alphadot",
@@ -357,8 +357,8 @@ AIRFRAMES: Mapping[str, tuple[str, ...]] = {
 """JSBSim's own aircraft: effects of the catalog that its model has, beside kinks that have no name.
 
 Read off their files: drag by |beta| and |elevator|, lift, drag and moment by the flap, damping by
-alpha'; their lift and drag are of wind axes, and bend axial and normal force over alpha, those of
-the delta side force over alpha beta. The single's elevator works with the square of u, not of V,
+alpha'; their lift and drag are of wind axes, and bend axial and normal force over alpha, and side
+force over alpha beta. The single's elevator works with the square of u, not of V,
 which its trim shows over beta^2. A jet trainer, a light single, and a delta without a tail whose
 elevons trim and steer."""
 _AIRFRAME_SIZES: tuple[tuple[str, float], ...] = (
