@@ -306,9 +306,7 @@ class HeldOutManeuvers:
             for index, information in enumerate(self._information)
         ]
 
-    def contradict(
-        self, before: int, found: float, samples: float, least: float, learned: InformationMatrix
-    ) -> bool:
+    def contradict(self, before: int, found: float, samples: float, least: float) -> bool:
         """Return whether these maneuvers speak against what the model after `before` has more.
 
         Parameters
@@ -320,20 +318,16 @@ class HeldOutManeuvers:
             named.
         samples : float
             Innovations of those maneuvers.
-        learned : InformationMatrix
-            What those maneuvers and the priors say of the parameters of the model after.
         """
         after = before + 1
         # As there, all counts less where the innovations are larger than believed.
         temper = 1.0 / max(1.0, self._squares(after) / max(self.samples, 1.0))
-        apart = self._distance_information(before, after)
         return is_contradicted(
             temper * self.gain(before, after),
             found,
             self.samples / samples,
             least,
-            temper * float(apart.matrix[-1, -1]),
-            temper * _projected_variance(apart, learned),
+            temper * self.prediction_distance(before, after),
         )
 
     def gain(self, before: int, after: int) -> float:
@@ -346,10 +340,6 @@ class HeldOutManeuvers:
         Where it is small these maneuvers cannot say which of the two is right: a zero error of a
         flight, say, is told by its size alone.
         """
-        return float(self._distance_information(before, after).matrix[-1, -1])
-
-    def _distance_information(self, before: int, after: int) -> InformationMatrix:
-        """Return `prediction_distance` as a residual, beside the columns of all parameters."""
         fit = self._kept[after]
         total = InformationMatrix(names=(), matrix=np.zeros((1, 1)), samples=0.0)
         for old, new in zip(self._kept[before].maneuvers, fit.maneuvers, strict=True):
@@ -361,13 +351,14 @@ class HeldOutManeuvers:
                 continue
             rows, n_states = new.filtered_columns.rows, new.filtered_columns.n_initial_states
             basis, _ = np.linalg.qr(rows[:, -1 - n_states : -1])
-            names = (*fit.free, *fit.bias_names_of(new.record))
+            biases = fit.bias_names_of(new.record)
+            columns = rows[:, -1 - n_states - len(biases) : -1 - n_states]
             between = rows[:, -1] - old.filtered_columns.rows[:, -1]
-            rest = np.column_stack((rows[:, : len(names)], between))
+            rest = np.column_stack((columns, between))
             rest -= basis @ (basis.T @ rest)
-            total += InformationMatrix(names=names, matrix=rest.T @ rest, samples=0.0)
+            total += InformationMatrix(names=biases, matrix=rest.T @ rest, samples=0.0)
         priors = {name: (0.0, std) for name, (_, std) in fit.priors().items()}
-        return self._with_known_biases(total, priors)
+        return float(self._with_known_biases(total, priors).matrix[-1, -1])
 
     def candidate_gains(
         self, number: int, screening: CandidateScreening, places: Sequence[int]
@@ -420,9 +411,7 @@ class HeldOutManeuvers:
         }
 
 
-def is_contradicted(
-    gain: float, found: float, share: float, least: float, apart: float, spread: float = 0.0
-) -> bool:
+def is_contradicted(gain: float, found: float, share: float, least: float, apart: float) -> bool:
     """Return whether maneuvers kept out speak against an effect.
 
     Parameters
@@ -435,28 +424,13 @@ def is_contradicted(
         Samples kept out, for each of those that named it.
     apart : float
         Sum of squares between what the models with and without it expect there.
-    spread : float
-        Variance of the gain there from errors of the values that were learned elsewhere.
     """
     if gain > 0.0:
         return False
     # As many maneuvers of this kind as named it would leave too little,
     undone = found + 2.0 * gain / share < least
     # or an effect of its size would have shown: its gain there has this mean and this deviation.
-    std = math.sqrt(apart + spread)
-    return undone or gain < 0.5 * apart - SEARCH.contradiction_sigmas * std
-
-
-def _projected_variance(apart: InformationMatrix, learned: InformationMatrix) -> float:
-    """Return the variance of the product of a residual with what errors of values change.
-
-    `learned`: what is known of the values; it has all of them.
-    """
-    names = [name for name in apart.names if name in learned.names]
-    across = apart.matrix[apart.indices(names), -1]
-    _, covariance = learned.solution(learned.names)
-    places = learned.indices(names)
-    return float(across @ covariance[np.ix_(places, places)] @ across)
+    return undone or gain < 0.5 * apart - SEARCH.contradiction_sigmas * math.sqrt(apart)
 
 
 def _settled(

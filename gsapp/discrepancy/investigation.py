@@ -237,8 +237,7 @@ class _Search:
             return None
         held = self._held((last.fit, fit))
         if one.named:
-            learned = fit.information().with_priors(fit.priors())
-            if is_refuted(last, learned, held, 0, self._settings.false_alarm):
+            if is_refuted(last, held, 0, self._settings.false_alarm):
                 self._rejected.refuted[one.id] = refuted(last, self._settings.false_alarm).decision
                 return None
         elif held.gain(0, 1) <= 0.0:

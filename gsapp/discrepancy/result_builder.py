@@ -129,10 +129,7 @@ def validate_on_held_out(
     """
     kept = list(stages)
     held = against(kept)
-    while len(kept) > 1 + forced:
-        before, after = kept[-2:]
-        if not is_refuted(before, after.learned, held, len(kept) - 2, false_alarm):
-            break
+    while len(kept) > 1 + forced and is_refuted(kept[-2], held, len(kept) - 2, false_alarm):
         kept = [*kept[:-2], refuted(kept[-2], false_alarm)]
         held = against(kept)
     return kept, held

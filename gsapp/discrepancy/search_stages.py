@@ -154,13 +154,6 @@ class SearchStage:
         """Return that of the fit, priors included; the candidates are in it, too."""
         return self.screening.full_information
 
-    @property
-    def learned(self) -> InformationMatrix:
-        """Return what maneuvers and priors say of the fit's own parameters."""
-        own = (*self.fit.free, *self.fit.bias_names())
-        others = [name for name in self.information.names if name not in own]
-        return self.information.renamed(others, {})
-
     def deviance(self) -> float:
         """Return that of the fit, which must still have its filters."""
         return self.fit.deviance(self.information, has_priors=True)
@@ -192,23 +185,17 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
 
 
 def is_refuted(
-    before: SearchStage,
-    learned: InformationMatrix,
-    held: HeldOutManeuvers,
-    number: int,
-    false_alarm: float,
+    before: SearchStage, held: HeldOutManeuvers, number: int, false_alarm: float
 ) -> bool:
     """Return whether maneuvers kept out contradict what was added after a stage.
 
-    `learned`: what the others and the priors say of the model after it. `held`: those kept out,
-    under the models of all stages, of which this is the one with this number.
+    `held`: them under the models of all stages, of which this is the one with this number.
     """
     return held.contradict(
         number,
         found=float(before.decision.gain.max()),
         samples=before.screening.projected_information.samples,
         least=detection_threshold(false_alarm, before.screening.candidates),
-        learned=learned,
     )
 
 
