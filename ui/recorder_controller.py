@@ -129,6 +129,7 @@ def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> Aircraf
 
 _RESTART_SECONDS, _MAX_RESTARTS = 60.0, 3
 """So often within this time a recorder that died is started again."""
+_RESTART_PAUSE = 3.0  # s from one start to the next: until then the state is that of the dead one.
 _STOP_SECONDS = 11.0
 """For a recorder to stop as the window closes; it is given 10 s to write what came."""
 
@@ -209,6 +210,8 @@ class RecorderController(QObject):
         now = time.monotonic()
         self._restarts = [one for one in self._restarts if one > now - _RESTART_SECONDS]
         if self._is_restarting or self.is_stop_requested or len(self._restarts) >= _MAX_RESTARTS:
+            return
+        if self._restarts and now < self._restarts[-1] + _RESTART_PAUSE:
             return
         self._restarts.append(now)
         self._is_restarting = True
