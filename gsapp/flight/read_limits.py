@@ -49,8 +49,9 @@ def check_grid_size(path: Path, numbers: float, rate: float, records: int = 0) -
     Or far more than its `records`, where they are known, can mean.
     """
     needed = numbers * NUMBER_BYTES
-    if records and numbers < FLIGHT_DATA.min_sparse_numbers:
-        return
+    usual = max(records * FLIGHT_DATA.usual_record_numbers, FLIGHT_DATA.min_sparse_numbers)
+    if records and numbers < usual:
+        return  # A long flight, which takes what its records are worth.
     limit = read_limit(path.stat().st_size if path.is_file() else 0)
     if records and LIMIT_VARIABLE not in os.environ:
         limit = min(limit, round(records * FLIGHT_DATA.max_record_numbers * NUMBER_BYTES))
