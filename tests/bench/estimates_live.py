@@ -116,9 +116,9 @@ def send(port: int, place: Path) -> None:
 
 
 @contextmanager
-def sending(port: int, place: Path) -> Iterator[None]:
+def sending(port: int, place: Path, script: str = __file__) -> Iterator[None]:
     process = subprocess.Popen(
-        [sys.executable, __file__, "send", str(port), str(place)],
+        [sys.executable, script, "send", str(port), str(place)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
     )
     try:

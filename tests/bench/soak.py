@@ -13,13 +13,10 @@ in the end, which slows all of it.
 import gc
 import os
 import socket
-import subprocess
 import sys
 import tempfile
 import time
 import tracemalloc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -36,19 +33,6 @@ def send(port: int, flight: Path) -> None:
     for at, frame in memory.endless(flight):
         time.sleep(max(begin + at - time.monotonic(), 0.0))
         line.sendto(frame, ("127.0.0.1", port))
-
-
-@contextmanager
-def sending(port: int, flight: Path) -> Iterator[None]:
-    process = subprocess.Popen(
-        [sys.executable, __file__, "send", str(port), str(flight)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
 
 
 def memory_of(pid: int | str) -> tuple[float, float, int, int]:
@@ -156,7 +140,7 @@ def main(*given: str) -> list:
             while not controller.is_open and time.monotonic() < deadline:
                 application.processEvents()
             window.commands.actions["panel_estimates"].trigger()
-            with sending(port, sent):
+            with estimates_live.sending(port, sent, __file__):
                 rows = follow(
                     window, folder, scratch / "tail", minutes, frames, trace="--trace" in given
                 )
