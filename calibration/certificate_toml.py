@@ -17,11 +17,11 @@ from calibration.settings import CALIBRATION
 from calibration.signals import find_signal
 from gsapp.foundation import (
     FileProblem,
-    FileProblemsError,
     StrictModel,
     UnitError,
     UnknownNameError,
     read_toml,
+    toml_problems_error,
     write_toml,
 )
 from gsapp.foundation.files import list_files, path_lexists
@@ -284,7 +284,7 @@ def load_certificate(path: str | Path) -> Certificate:
     if other != signal:
         _report(problems, "fit.range", f"begins in {signal} and ends in {other}", "use one unit")
     if problems:
-        raise FileProblemsError(path, problems)
+        raise toml_problems_error(path, problems)
     coefficients = tuple(
         parse_quantity(
             text, unit_per_signal(unit, signal, power), f"fit.coefficients[{power}]", problems
@@ -328,7 +328,7 @@ def load_certificate(path: str | Path) -> Certificate:
             problems=problems,
         )  # fmt: skip
     if problems:
-        raise FileProblemsError(path, problems)
+        raise toml_problems_error(path, problems)
     return Certificate(
         channel=file.channel,
         unit=unit,
@@ -376,7 +376,7 @@ def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
                 what=f"'{certificate.channel}' has another certificate in {former.name}",
                 remedy="keep only the one in force",
             )
-            raise FileProblemsError(path, [problem])
+            raise toml_problems_error(path, [problem])
         found[certificate.channel] = certificate
     return found
 

@@ -35,11 +35,11 @@ from calibration.inertial.gyros import GYROS
 from calibration.settings import CALIBRATION
 from gsapp.foundation import (
     FileProblem,
-    FileProblemsError,
     StrictModel,
     UnitError,
     UnknownNameError,
     read_toml,
+    toml_problems_error,
 )
 from gsapp.foundation.files import ShippedFiles
 from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse_quantity
@@ -210,7 +210,7 @@ def load_calibration_plan(name_or_path: str | Path) -> CalibrationPlan:
     instruments = tuple(reader.instrument(at) for at in range(len(file.instruments)))
     reader.check_together()
     if reader.problems:
-        raise FileProblemsError(path, reader.problems)
+        raise toml_problems_error(path, reader.problems)
     return CalibrationPlan(name=file.name, instruments=instruments, nominal=file.nominal)
 
 

@@ -6,7 +6,6 @@ import contextlib
 import logging
 import os
 import shutil
-import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,8 @@ from typing import Any
 import platformdirs
 from pydantic import Field, ValidationError
 
-from gsapp.foundation import StrictModel, write_toml
+from gsapp.foundation import FileProblemsError, StrictModel, read_toml_table, write_toml
+from gsapp.foundation.toml_lines import key_lines
 from ui.disk_checks import nearest_folder, path_kind
 from ui.estimate_form import EstimateForm
 from ui.translation import tr
@@ -215,18 +215,23 @@ class SettingsStore:
     def _read(self) -> Settings:
         """Return what can be used of the file; a single bad value costs that value alone."""
         try:
-            content = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (FileNotFoundError, NotADirectoryError):
-            return Settings()
-        except (OSError, ValueError, RecursionError) as error:
-            log.warning("settings not used: %s: %s", self.path, error)
+            content = read_toml_table(self.path)
+        except FileProblemsError as error:
+            if isinstance(error.__cause__, (FileNotFoundError, NotADirectoryError)):
+                return Settings()
+            log.warning("settings not used: %s", error)
             kept = self._back_up_file(shutil.move)
             self.error_text = tr(
-                "The settings in {path} cannot be read: defaults are used.{kept}"
-            ).format(path=self.path, kept=kept)
+                "The settings in {path} cannot be read ({problem}): defaults are used.{kept}"
+            ).format(path=self.path, problem=error.problems[0], kept=kept)
             return Settings()
         found, bad = _drop_invalid_values(content)
         if bad:
+            lines = key_lines(self.path.read_text(encoding="utf-8"))
+            bad = tuple(
+                tr("{key} (line {line})").format(key=key, line=lines[key]) if key in lines else key
+                for key in bad
+            )
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
             kept = self._back_up_file(shutil.copyfile)
             self.error_text = tr(
@@ -250,8 +255,8 @@ class SettingsStore:
     def _written(self, values: dict[str, Any]) -> dict[str, Any]:
         """Return what stands in the file, or `values` where nothing can be read there."""
         try:
-            content = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError):
+            content = read_toml_table(self.path)
+        except FileProblemsError:
             return values
         return _drop_invalid_values(content)[0].model_dump()
 

@@ -58,6 +58,7 @@ from gsapp.foundation import (
     UnitError,
     UnknownNameError,
     read_toml,
+    toml_problems_error,
 )
 from gsapp.foundation.files import ShippedFiles
 from gsapp.foundation.name_suggestions import close_matches, did_you_mean
@@ -267,7 +268,7 @@ class _Reader:
         if not entries and not self._problems:
             self._report("channels", "names no channel", "add [[channels]] or [text]")
         if self._problems or head is None:
-            raise FileProblemsError(self._path, self._problems)
+            raise toml_problems_error(self._path, self._problems)
         return ChannelMap(
             name=head.name,
             format=head.format,

@@ -18,9 +18,9 @@ from gsapp.dynamics.effects.unnamed_terms import is_unnamed
 from gsapp.dynamics.terms import Term, create_term, effect_ids
 from gsapp.foundation import (
     FileProblem,
-    FileProblemsError,
     StrictModel,
     read_toml,
+    toml_problems_error,
     toml_text,
     write_atomically,
 )
@@ -142,7 +142,7 @@ def load_model(name_or_path: str | Path) -> Model:
     for index, effect in enumerate(model.effects):
         problems += _parameter_problems(index, effect)
     if problems:
-        raise FileProblemsError(path, problems)
+        raise toml_problems_error(path, problems)
     return model
 
 

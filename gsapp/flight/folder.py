@@ -26,7 +26,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tomlkit
-from tomlkit.exceptions import TOMLKitError
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.atomic_files import copy_atomically, write_flight_file
@@ -48,7 +47,7 @@ from gsapp.flight.file_names import (
     STATUS_FILE,
 )
 from gsapp.flight.info import FlightInfo, current_versions, local_timestamp
-from gsapp.foundation import FlightError, GroundStationError, read_toml
+from gsapp.foundation import FlightError, GroundStationError, read_toml, read_toml_table
 from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.files import (
     is_system_file,
@@ -192,12 +191,11 @@ class FlightFolder:
         `changes` are fields of `FlightInfo`, as they stand in the file (``takeoff_weight="64.5
         lb"``); None takes one out. If the result would not be valid, the file stands unchanged.
         """
-        try:
-            text = self.info_file.read_text(encoding="utf-8") if self.info_file.exists() else ""
-            document = tomlkit.parse(text)
-        except (OSError, ValueError, RecursionError, TOMLKitError):
-            read_toml(self.info_file, FlightInfo)  # says what is wrong, and where
-            raise
+        text = ""
+        if self.info_file.exists():
+            read_toml_table(self.info_file)  # Its errors name the line.
+            text = self.info_file.read_text(encoding="utf-8")
+        document = tomlkit.parse(text)
         for key, value in changes.items():
             if value is None:
                 document.pop(key, None)

@@ -11,7 +11,14 @@ from gsapp.foundation.errors import (
     UnmappedError,
 )
 from gsapp.foundation.files import write_atomically
-from gsapp.foundation.toml import StrictModel, read_toml, toml_text, write_toml
+from gsapp.foundation.toml import (
+    StrictModel,
+    read_toml,
+    read_toml_table,
+    toml_problems_error,
+    toml_text,
+    write_toml,
+)
 
 __all__ = [
     "FileProblem",
@@ -24,6 +31,8 @@ __all__ = [
     "UnknownNameError",
     "UnmappedError",
     "read_toml",
+    "read_toml_table",
+    "toml_problems_error",
     "toml_text",
     "write_atomically",
     "write_toml",

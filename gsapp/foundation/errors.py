@@ -47,6 +47,7 @@ class FileProblem:
     where: str  # Key path (``mass.ixx``), or ``line 12`` where it is a matter of syntax.
     what: str  # What is wrong, in words.
     remedy: str = ""  # What to write instead; empty where nothing can be proposed.
+    line: int | None = None  # Of the file, from 1, where `where` names none.
 
     @classmethod
     def from_error(cls, where: str, error: Exception) -> FileProblem:
@@ -55,8 +56,9 @@ class FileProblem:
         return cls(where=where, what=what, remedy=remedy)
 
     def __str__(self) -> str:
+        line = f"line {self.line}, " if self.line else ""
         tail = f"; {self.remedy}" if self.remedy else ""
-        return f"{self.where}: {self.what}{tail}"
+        return f"{line}{self.where}: {self.what}{tail}"
 
 
 class FileProblemsError(GroundStationError, ValueError):

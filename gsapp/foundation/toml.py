@@ -1,7 +1,7 @@
 """TOML files read into pydantic models, with every mistake reported at once.
 
 Values that carry units are read by the types of `gsapp.quantities`; here is only what all files
-share: syntax errors with their line, unknown keys with the nearest known one, key paths.
+share: syntax errors and wrong values with their line, unknown keys with the nearest known one.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -19,9 +20,19 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from gsapp.foundation.errors import FileProblem, FileProblemsError
 from gsapp.foundation.files import write_atomically
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.toml_lines import (
+    join_key,
+    key_lines,
+    line_of_error,
+    line_of_key,
+    walk_values,
+)
 
 _LONGEST_VALUE = 80
 """Characters of a wrong value that are shown."""
+_INTEGER_BITS = 64
+"""Of the integers of TOML; Python does not even print those of thousands of digits."""
+_DAMAGED = "correct it, or restore a copy"
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -36,18 +47,26 @@ def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Mo
     """Read a TOML file into a model.
 
     Each table of the list `distinct` must have an ``id`` of its own. Raise FileProblemsError if the
-    file cannot be read, is not TOML (with line and column), or does not fit the model; every
-    mistake is listed with key path and remedy.
+    file cannot be read, is not TOML, or does not fit the model; every mistake is listed with line,
+    key path and remedy.
     """
-    content = _read_table(path)
+    content = read_toml_table(path)
     twice = _duplicate_id_problems(content, distinct)
     try:
         found = validate_content(path, content, model)
     except FileProblemsError as error:
-        raise FileProblemsError(path, [*error.problems, *twice]) from error
+        raise toml_problems_error(path, [*error.problems, *twice]) from error
     if twice:
-        raise FileProblemsError(path, twice)
+        raise toml_problems_error(path, twice)
     return found
+
+
+def toml_problems_error(path: Path | str, problems: Sequence[FileProblem]) -> FileProblemsError:
+    """Return the error for problems at key paths of a TOML file, with the lines of these."""
+    lines = key_lines(_read_text(path))
+    return FileProblemsError(
+        path, [replace(one, line=line_of_key(one.where, lines)) for one in problems]
+    )
 
 
 def _duplicate_id_problems(content: Mapping[str, Any], key: str) -> list[FileProblem]:
@@ -63,12 +82,32 @@ def _duplicate_id_problems(content: Mapping[str, Any], key: str) -> list[FilePro
     ]
 
 
-def _read_table(path: Path | str) -> dict[str, Any]:
+def read_toml_table(path: Path | str) -> dict[str, Any]:
+    """Read a TOML file without a model; see `read_toml` for the errors."""
+    text = _read_text(path)
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileProblemsError(path, [_syntax_problem(text, error)]) from error
+    too_long = [
+        FileProblem(where=key, what="has too many digits", remedy=_DAMAGED)
+        for key, value in walk_values(content)
+        if isinstance(value, int) and value.bit_length() > _INTEGER_BITS
+    ]
+    if too_long:
+        raise toml_problems_error(path, too_long)
+    return content
+
+
+def _read_text(path: Path | str) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
         problem = FileProblem(
-            where=f"byte {error.start}", what="is not UTF-8 text", remedy="save the file as UTF-8"
+            where=f"line {line}, byte {error.start}",
+            what="is not UTF-8 text",
+            remedy="save the file as UTF-8",
         )
         raise FileProblemsError(path, [problem]) from error
     except OSError as error:
@@ -78,10 +117,6 @@ def _read_table(path: Path | str) -> dict[str, Any]:
             remedy="check the path and the permissions",
         )
         raise FileProblemsError(path, [problem]) from error
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileProblemsError(path, [_syntax_problem(error)]) from error
 
 
 def validate_content(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:
@@ -114,29 +149,26 @@ def _without_none(content: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _syntax_problem(error: Exception) -> FileProblem:
-    if not isinstance(error, tomllib.TOMLDecodeError):
-        what = "holds a number with too many digits"
-        if isinstance(error, RecursionError):
-            what = "has brackets nested too deeply"
-        return FileProblem(where="file", what=what, remedy="correct it, or restore a copy")
-    message = str(error)
-    place = re.search(r"\(at (line \d+, column \d+)\)", message)
-    what = message[: place.start()].strip() if place else message
-    return FileProblem(
-        where=place.group(1) if place else "end of file",
-        what=f"is not valid TOML ({what})",
-        remedy='write  key = "value"  and quote every value that has a unit',
-    )
+def _syntax_problem(text: str, error: Exception) -> FileProblem:
+    message, _, place = str(error).removesuffix(")").rpartition(" (at ")
+    where = place if place.startswith("line") else f"line {line_of_error(text, error)}"
+    if isinstance(error, tomllib.TOMLDecodeError):
+        return FileProblem(
+            where=where,
+            what=f"is not valid TOML ({message})",
+            remedy='write  key = "value"  and quote every value that has a unit',
+        )
+    what = "holds a number with too many digits"
+    if isinstance(error, RecursionError):
+        what = "has brackets nested too deeply"
+    return FileProblem(where=where, what=what, remedy=_DAMAGED)
 
 
 def _key_path(location: Sequence[Any]) -> str:
     path = ""
     for part in location:
-        if isinstance(part, int):
-            path += f"[{part}]"
-        elif part != "[key]":
-            path += f".{part}" if path else str(part)
+        if part != "[key]":
+            path = join_key(path, part)
     return path or "file"
 
 

@@ -9,21 +9,26 @@ from typing import Any
 
 import pytest
 
+import calibration
 from calibration.certificate_toml import load_certificate
-from calibration.plan import load_calibration_plan
+from calibration.plan import CALIBRATION_PLANS, load_calibration_plan
 from calibration.wizard.journal import Journal
 from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.aircraft.swings import compute_inertia, load_swings
-from gsapp.decoding.channel_map import load_channel_map
-from gsapp.dynamics.model import load_model
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS, load_channel_map
+from gsapp.dynamics.model import SHIPPED_MODELS, load_model
 from gsapp.excitation.alerts.geofence import load_geofence
 from gsapp.flight.cards import load_cards
 from gsapp.flight.cards.card import SHIPPED_CARDS
 from gsapp.flight.catalog import Catalog, list_flights, search_maneuvers
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
-from gsapp.foundation import GroundStationError
-from gsapp.identification.linear_models.linear_model_files import load_linear_model
+from gsapp.foundation import FileProblemsError, GroundStationError
+from gsapp.identification.linear_models.linear_model_files import (
+    SHIPPED_LINEAR_MODELS,
+    load_linear_model,
+)
 from gsapp.identification.weights import SHIPPED_WEIGHTS, load_weights
 from gsapp.session.checklist.items import load_checklist
 from gsapp.session.limits import load_limits
@@ -31,11 +36,18 @@ from gsapp.virtual.flight_plan import SHIPPED_PLANS, load_flight_plan
 from ui.settings import SettingsStore
 from ui.strips.strip_layout import load_layout
 
+CERTIFICATES = Path(calibration.__file__).parent / "files" / "b777"
+GOOD_LINES = '# 1\nname = """a\n[b]"""\nitems = [\n  1, # ]\n]\n'
+ODD_LINE = 7
 ODD = {
-    "digits": "x = " + "9" * 5000,
-    "brackets": "x = " + "[" * 5000,
-    "tables": "x = " + "{a=" * 5000,
-    "bytes": "x = '\ud800'",
+    "digits": GOOD_LINES + "x = " + "9" * 5000,
+    "hexadecimal digits": GOOD_LINES + "x = 0x" + "F" * 5000,
+    "brackets": GOOD_LINES + "x = " + "[" * 5000,
+    "tables": GOOD_LINES + "x = " + "{a=" * 5000,
+    "no value": GOOD_LINES + "x = ",
+    "open list": GOOD_LINES + "x = [1,\n\n",
+    "open string": GOOD_LINES + "x = '''a\n\nb = 1\n",
+    "bytes": GOOD_LINES + "x = '\ud800'",
 }
 
 
@@ -69,9 +81,48 @@ def test_a_file_that_no_parser_takes_is_refused(
     tmp_path: Path, load: Callable[[Path], object], text: str
 ) -> None:
     path = tmp_path / "odd.toml"
-    path.write_text(text, encoding="utf-8", errors="surrogatepass")
-    with pytest.raises(GroundStationError, match=r"odd\.toml|flight\.toml"):
+    path.write_text(text + "\n# end", encoding="utf-8", errors="surrogatepass")
+    with pytest.raises(FileProblemsError) as caught:
         load(path)
+    assert caught.value.path.name in ("odd.toml", "flight.toml")
+    (problem,) = caught.value.problems
+    assert problem.remedy
+    assert re.match(rf"line {ODD_LINE}\b", str(problem))
+
+
+@pytest.mark.parametrize(
+    ("load", "shipped", "good", "bad"),
+    [
+        (load_aircraft, SHIPPED_AIRCRAFT.find("b777"), "wing_area = ", "wing_are = "),
+        (load_cards, SHIPPED_CARDS.find("b777"), "amplitude = ", "amplitude = true # "),
+        (load_weights, SHIPPED_WEIGHTS.find("table-6.2.7"), "q = ", "q = [] # "),
+        (
+            load_linear_model,
+            SHIPPED_LINEAR_MODELS.find("seanor-ml-lateral"),
+            "A = [",
+            "A = [[[1]],",
+        ),
+        (load_channel_map, SHIPPED_CHANNEL_MAPS.find("b777"), "unit = ", "unit = 'furlong' # "),
+        (load_calibration_plan, CALIBRATION_PLANS.find("b777"), "unit = ", "unit = 'furlong' # "),
+        (
+            load_certificate,
+            CERTIFICATES / "alpha.toml",
+            "coefficients = [",
+            "coefficients = ['1 ft',",
+        ),
+        (load_model, SHIPPED_MODELS.find("b777"), "Cm_alpha = ", "Cm_alpha = [1] # "),
+    ],
+)
+def test_a_wrong_value_is_named_with_its_line(
+    tmp_path: Path, load: Callable[[Path], object], shipped: Path, good: str, bad: str
+) -> None:
+    before, found, after = shipped.read_text(encoding="utf-8").partition(good)
+    assert found
+    path = tmp_path / "odd.toml"
+    path.write_text(before + bad + after, encoding="utf-8")
+    with pytest.raises(FileProblemsError) as caught:
+        load(path)
+    assert before.count("\n") + 1 in [problem.line for problem in caught.value.problems]
 
 
 @pytest.mark.parametrize("text", ODD.values(), ids=ODD)
@@ -79,9 +130,17 @@ def test_settings_that_no_parser_takes_are_kept_beside(tmp_path: Path, text: str
     path = tmp_path / "settings.toml"
     path.write_text(text, encoding="utf-8", errors="surrogatepass")
     store = SettingsStore(path)
-    assert store.error_text
+    assert re.search(rf"\bline {ODD_LINE}\b", store.error_text)
     assert (tmp_path / "settings.damaged.toml").exists()
     assert store.change(scale=150).scale == 150
+
+
+def test_a_setting_of_a_wrong_type_is_named_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    path.write_text("units = 'SI'\n\nscale = [\n'big']\n")
+    store = SettingsStore(path)
+    assert store.current.units == "SI"
+    assert "scale (line 3)" in store.error_text
 
 
 @pytest.mark.parametrize("line", ["[" * 100_000, "9" * 5000, '{"a":' * 5000])

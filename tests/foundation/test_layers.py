@@ -89,8 +89,13 @@ def problems(tmp_path: Path, text: str | bytes) -> list[str]:
 
 def test_every_mistake_is_reported_at_once_with_its_key_path(tmp_path: Path) -> None:
     found = problems(tmp_path, "nam = 'x'\n[inner]\nsise = 1\n[[parts]]\nsize = 'big'\n")
-    keys = [problem.split(":")[0] for problem in found]
-    assert keys == ["name", "inner.size", "inner.sise", "parts[0].size", "nam"]
+    assert [problem.split(":")[0] for problem in found] == [
+        "name",
+        "line 2, inner.size",
+        "line 3, inner.sise",
+        "line 5, parts[0].size",
+        "line 1, nam",
+    ]
     assert "'size'" in found[2]
     assert "'name'" in found[4]
 
@@ -101,8 +106,8 @@ def test_a_syntax_error_names_line_and_column(tmp_path: Path) -> None:
 
 
 def test_bytes_that_are_not_text_are_named(tmp_path: Path) -> None:
-    (only,) = problems(tmp_path, b"name = '\xff\xfe'")
-    assert only.startswith("byte 8: ")
+    (only,) = problems(tmp_path, b"\nname = '\xff\xfe'")
+    assert only.startswith("line 2, byte 9: ")
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
