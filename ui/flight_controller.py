@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -20,7 +21,7 @@ from ui.error_reporter import ErrorReporter
 from ui.flight_opener import FlightOpener
 from ui.module_preloader import preload_maneuver_modules
 from ui.number_format import join_sentences
-from ui.recorder_controller import PendingFlight, RecorderController
+from ui.recorder_controller import PendingFlight, RecorderController, RunningRecorder
 from ui.session_poller import SessionPoller
 from ui.settings import SettingsStore
 from ui.translation import tr
@@ -150,6 +151,11 @@ class FlightController(QObject):
         """
         equipment = None if self.session is None else self.session.equipment
         return tr(HEARTBEAT_END) if equipment is not None and equipment.recorder.heartbeats else ""
+
+    def closing_caution(self, others: Iterable[RunningRecorder]) -> str:
+        """Return the same of the recording of the open flight and others together."""
+        speaks = any(other.sends_heartbeats for other in others)
+        return tr(HEARTBEAT_END) if speaks else self.stop_caution
 
     # Opening and closing
 

@@ -470,7 +470,7 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
         elsewhere = self.flight_controller.recorders.left_running
-        names = [recorder.folder.name for recorder in elsewhere]
+        names = [recorder.name for recorder in elsewhere]
         if self.flight_controller.is_recording and not for_trial:
             names.insert(0, self.flight_controller.name or tr("The flight"))
         works = (
@@ -479,7 +479,7 @@ class MainWindow(QMainWindow):
             *self.gap_page.unfinished_work_title,
         )
         asks = self._confirms_close and (names or works)
-        caution = self.flight_controller.stop_caution
+        caution = self.flight_controller.closing_caution(elsewhere)
         ask = partial(ask_closing, caution=caution) if caution else ask_closing
         answer = ask(self, names, works) if asks else "leave"
         if answer == "stay" and self._confirms_close:
@@ -488,7 +488,9 @@ class MainWindow(QMainWindow):
         if for_trial or answer == "stop":
             self.flight_controller.recorders.stop_recording_and_wait()
         if answer == "stop":
-            self.flight_controller.recorders.stop_and_wait(*elsewhere)
+            self.flight_controller.recorders.stop_and_wait(
+                *(recorder.handle for recorder in elsewhere)
+            )
         geometry = bytes(self.saveGeometry().toHex().data()).decode("ascii")
         self.store.change(geometry=geometry)
         self.file_menu.jobs.stop_jobs()

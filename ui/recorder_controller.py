@@ -35,6 +35,7 @@ class RunningRecorder:
     handle: RecorderHandle  # To attach to.
     name: str  # Of the flight.
     link: str  # What it records.
+    sends_heartbeats: bool = False  # Whether its end may let the autopilot's failsafe act.
 
 
 @dataclass(slots=True, eq=False)
@@ -74,7 +75,12 @@ def find_running_recorders() -> tuple[RunningRecorder, ...]:
     for handle in reversed(find_recorders()):
         status = handle.status()
         link = status.link if status is not None else tr("its link")
-        found.append(RunningRecorder(handle=handle, name=handle.folder.name, link=link))
+        found.append(
+            RunningRecorder(
+                handle=handle, name=handle.folder.name, link=link,
+                sends_heartbeats=status is not None and status.heartbeats > 0,
+            )
+        )  # fmt: skip
     return tuple(found)
 
 
@@ -182,10 +188,9 @@ class RecorderController(QObject):
         return tuple(found for found in running if found.handle.folder != folder)
 
     @property
-    def left_running(self) -> tuple[RecorderHandle, ...]:
+    def left_running(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders of flights that were open here, are not now, and still record."""
-        running = [found.handle for found in self.poll()]
-        return tuple(left for left in self._left if left in running)
+        return tuple(found for found in self.poll() if found.handle in self._left)
 
     def leave(self, recorder: RecorderHandle | None) -> None:
         """Remember the recorder of a flight that is closed here and goes on recording."""
@@ -194,7 +199,7 @@ class RecorderController(QObject):
 
     def announce_left(self, recorder: RecorderHandle | None) -> None:
         """Say that a recorder still records, if it does."""
-        if recorder is not None and recorder in self.left_running:
+        if recorder is not None and recorder in [left.handle for left in self.left_running]:
             keys = shortcut_text("Ctrl+R")
             text = tr("{name}: still recording. {keys} reattaches.").format(
                 name=recorder.folder.name, keys=keys

@@ -300,7 +300,7 @@ class Recorder:
             listen_only=self._listen_only,
             sends_heartbeats=self._sends_heartbeats,
             heartbeats=self._heartbeats,
-            signing_key=self._signing_key_file,
+            signing_key="" if state == "stopped" else self._signing_key_file,
             signatures=dict(self._signatures),
             parent=os.getppid(),
             ahead_us=self.clock.correction_us,

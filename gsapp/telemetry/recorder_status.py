@@ -71,7 +71,9 @@ class RecorderStatus(BaseModel):
     listen_only: bool = False  # Whether nothing is sent.
     sends_heartbeats: bool = False  # Whether it sends the ground station's sign of life.
     heartbeats: int = 0  # Sent since the start.
-    signing_key: str = ""  # File of the key of signatures; empty for none.
+    signing_key: str = ""
+    """Path of the file of the key of signatures, with which a recorder that died is started again;
+    empty for none, and once the recorder was stopped."""
     signatures: dict[str, int] = {}
     """Frames by what was found of their signature; empty where there is no key to check it."""
     parent: int = 0

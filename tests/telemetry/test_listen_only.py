@@ -19,6 +19,7 @@ from gsapp.flight.raw_files import RawTail
 from gsapp.foundation import LinkError
 from gsapp.telemetry.log_download.log_fetcher import LogFetcher
 from gsapp.telemetry.recorder_control import start_recorder
+from gsapp.telemetry.recorder_status import HEARTBEAT_END
 from gsapp.telemetry.send_queue import request_send
 from tests.telemetry.conftest import free_port, make_frames, wait_until
 
@@ -166,13 +167,21 @@ def test_without_heartbeat_a_link_is_not_spoken_to(tmp_path: Path) -> None:
         assert len(peer.received) == 0
 
 
-def test_the_command_sends_no_byte(tmp_path: Path) -> None:
+@pytest.mark.parametrize("option", ["--listen-only", "--heartbeat"])
+def test_the_command_cautions_against_the_end_of_the_heartbeats_that_it_sent(
+    tmp_path: Path, option: str
+) -> None:
+    folder, sends = tmp_path / "flight", option == "--heartbeat"
     with udp_peer() as (link, peer):
-        run = subprocess.Popen([*RECORD, link, "--out", str(tmp_path / "flight"), "--listen-only"])
-        wait_until(lambda: len(RawTail(tmp_path / "flight").poll()) > 100)
+        run = subprocess.Popen(
+            [*RECORD, link, "--out", str(folder), option], stdout=subprocess.PIPE, text=True
+        )
+        wait_until(lambda: len(RawTail(folder).poll()) > 100)
+        wait_until(lambda: bool(peer.received) or not sends)
         run.terminate()
-        assert run.wait(20.0) == 0
-        assert len(peer.received) == 0
+        output = run.communicate(timeout=20.0)[0]
+        assert run.returncode == 0
+        assert (HEARTBEAT_END in output, len(peer.received) > 0) == (sends, sends)
 
 
 @pytest.mark.parametrize(

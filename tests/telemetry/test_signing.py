@@ -175,11 +175,11 @@ def test_other_frames_are_counted_announced_and_not_decoded(
     assert len(RawTail(field.folder).poll()) > 0  # all the same recorded
 
 
-def test_the_key_is_in_no_file_of_the_flight(field: Field) -> None:
+def test_neither_key_nor_its_path_is_in_a_file_of_the_flight(field: Field, key_file: Path) -> None:
     field.signer()
     wait_until(lambda: field.signatures().get("valid", 0) > 20)
     field.close()
-    forms = (KEY, KEY.hex().encode(), WORDS.encode())
+    forms = (KEY, KEY.hex().encode(), WORDS.encode(), str(key_file).encode())
     for path in field.folder.rglob("*"):
         content = path.read_bytes() if path.is_file() else b""
         assert not any(form in content for form in forms), path

@@ -1,19 +1,21 @@
 """Recorders and the window: finished flights stay apart, recorders are shown and attached to."""
 
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
+from PySide6.QtWidgets import QApplication, QMenu, QMessageBox, QPushButton
 from pytestqt.qtbot import QtBot
 
+from gsapp.decoding.dialect import dialect
 from gsapp.flight.raw_files import RawTail
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_folder import record_state
-from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
+from gsapp.telemetry.recorder_status import HEARTBEAT_END, RUNTIME_VARIABLE
 from tests.ui.window_kit import (
     KILL,
     Aircraft,
@@ -27,6 +29,8 @@ from tests.ui.window_kit import (
 from ui.dialogs.connect import ConnectDialog
 from ui.main_window import MainWindow
 from ui.window_frame.status_bar import _break_text
+
+_GCS = 6  # MAV_TYPE_GCS, what a ground station calls itself in its heartbeats
 
 
 @pytest.fixture(autouse=True)
@@ -152,6 +156,80 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
         until(qtbot, lambda wanted=wanted: controller.is_open
               and controller.session.path == wanted)  # fmt: skip
     assert len(find_recorders()) == 3
+
+
+def heard_heartbeats(vehicle: socket.socket) -> int:
+    """Return how many heartbeats of a ground station have arrived since the last call."""
+    parser, found = dialect().MAVLink(None), 0
+    while True:
+        try:
+            data = vehicle.recv(2048)
+        except BlockingIOError:
+            return found
+        messages = parser.parse_buffer(data) or ()
+        found += sum(one.get_type() == "HEARTBEAT" and one.type == _GCS for one in messages)
+
+
+@pytest.mark.parametrize("sends", [True, False])
+@pytest.mark.parametrize("way", ["button", "close", "close without the flight"])
+def test_the_end_of_heartbeats_is_cautioned_against(
+    qtbot: QtBot, tmp_path: Path, way: str, sends: bool
+) -> None:
+    """Of a recording that sends none, nothing of it is said."""
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    controller, folder = window.flight_controller, tmp_path / "flights" / "first"
+    asked: list[str] = []
+
+    def stop(box: QMessageBox) -> None:
+        asked.append(box.informativeText())
+        (button,) = [one for one in box.buttons() if one.text() == "Stop recording"]
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        vehicle.setblocking(False)
+        port = vehicle.getsockname()[1] if sends else free_port()
+        connect(window, port, folder, kind="udpout" if sends else "udpin")
+        until(qtbot, lambda: is_followed(window, folder))
+        if sends:
+            until(qtbot, lambda: heard_heartbeats(vehicle) > 0)
+            until(qtbot, lambda: bool(controller.stop_caution))
+        else:
+            until(qtbot, window.status_bar._buttons["record"].isVisible)
+        if way == "close without the flight":
+            controller.close_flight()
+            until(qtbot, lambda: [one.sends_heartbeats for one in controller.recorders.left_running]
+                  == [sends])  # fmt: skip
+        answer_dialog(QMessageBox, stop)
+        if way == "button":
+            qtbot.mouseClick(window.status_bar._buttons["record"], Qt.MouseButton.LeftButton)
+        else:
+            assert window.close()
+        assert [HEARTBEAT_END in text for text in asked] == [sends]
+        until(qtbot, lambda: find_recorder(folder) is None)
+        heard_heartbeats(vehicle)
+        qtbot.wait(2_500)
+        assert heard_heartbeats(vehicle) == 0
+    window.disable_close_questions()
+    window.close()
+
+
+def test_a_landed_flight_that_ends_cautions_against_the_end_of_heartbeats(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Its button stops without a question."""
+    folder = tmp_path / "flights" / "first"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        connect(window, vehicle.getsockname()[1], folder, kind="udpout")
+        until(qtbot, lambda: bool(window.flight_controller.stop_caution))
+        window.flight_controller.landed.emit(10.0)
+        buttons = window.banners.findChildren(QPushButton)
+        (end,) = [one for one in buttons if one.text() == "End flight and review"]
+        qtbot.mouseClick(end, Qt.MouseButton.LeftButton)
+        assert any(HEARTBEAT_END in text for text in window.banners.texts())
+        until(qtbot, lambda: find_recorder(folder) is None)
 
 
 def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(

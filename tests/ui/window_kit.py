@@ -115,9 +115,11 @@ def open_small_flight(
     return window
 
 
-def connect(window: MainWindow, port: int, folder: Path, **options: Any) -> None:
+def connect(
+    window: MainWindow, port: int, folder: Path, kind: str = "udpin", **options: Any
+) -> None:
     request = ConnectRequest(
-        link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
+        link=f"{kind}:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
         calibration="b777", **options,
     )  # fmt: skip
     window.flight_controller.flight_opener.connect_aircraft(request)
