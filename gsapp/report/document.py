@@ -73,6 +73,16 @@ class DocumentTable:
     numeric: frozenset[int] = frozenset()
     """Columns that stand flush right."""
 
+    def without_empty_columns(self) -> DocumentTable:
+        """Return the table without the columns in which no row has text."""
+        kept = [place for place in range(len(self.columns)) if any(row[place] for row in self.rows)]
+        return replace(
+            self,
+            columns=tuple(self.columns[place] for place in kept),
+            rows=tuple(tuple(row[place] for place in kept) for row in self.rows),
+            numeric=frozenset(new for new, place in enumerate(kept) if place in self.numeric),
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DocumentFigure:

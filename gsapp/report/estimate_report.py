@@ -169,7 +169,7 @@ def _results_section(reported: CampaignReportData) -> DocumentSection:
                 columns=DERIVATIVE_COLUMNS,
                 rows=tuple(derivative_rows(summary, prior_values(reported.result))),
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),
-            )
+            ).without_empty_columns()
         )
         parts.append(Paragraph(text=_HOW_TO_READ, kind="note"))
     joint = joint_rows(reported.result, summary)

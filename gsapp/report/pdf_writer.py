@@ -7,7 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.gridspec import GridSpec
@@ -84,6 +88,9 @@ _BODY = _TextStyle(size=9.0)
 _CELL = _TextStyle(size=7.6)
 _HEAD = _TextStyle(size=7.6, bold=True)
 _NOTE = _TextStyle(size=7.8, color=_QUIET)
+_FOOT = _TextStyle(size=7.0, color=_QUIET)
+_FOOT_HEIGHT = 0.45
+"""Of the last line of a page over its lower edge, inches."""
 _KINDS = {"plain": _BODY, "lead": _TextStyle(size=10.5, bold=True), "note": _NOTE}
 
 
@@ -120,12 +127,40 @@ def render_pdf(document: Document, *, tell: ReportProgress | None = None) -> byt
         )
 
 
+class _PageText(Artist):
+    """The lines of text of a page.
+
+    Their places are known; a `matplotlib.text.Text` for each would measure it anew.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines: list[tuple[float, float, str, _TextStyle]] = []
+
+    def add(self, x: float, y: float, text: str, kind: _TextStyle) -> None:
+        """Add a line whose baseline starts `x`, `y` from the lower left corner, inches."""
+        self._lines.append((x, y, text, kind))
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw all lines."""
+        for kind in dict.fromkeys(kind for *_, kind in self._lines):
+            gc = renderer.new_gc()
+            gc.set_foreground(to_rgba(kind.color), isRGBA=True)
+            font = _font(kind.size, kind.bold)
+            for x, y, text, its_kind in self._lines:
+                if its_kind == kind:
+                    # The PDF backend counts in points.
+                    renderer.draw_text(gc, x / _POINT, y / _POINT, text, font, 0.0)
+            gc.restore()
+
+
 class _PageFlow:
     """Pages that fill from top to bottom."""
 
     def __init__(self, paper: _Paper) -> None:
         self._paper = paper
         self._pages: list[Figure] = []
+        self._text = _PageText()
         self._y = 0.0
         self._new_page()
 
@@ -201,16 +236,12 @@ class _PageFlow:
         with PdfPages(content, metadata={"Title": title, "CreationDate": None}) as pages:
             for number, page in enumerate(self._pages, start=1):
                 tell((number - 1) / len(self._pages))
-                foot = 0.45 / self._paper.height
-                left, right = (
-                    self._paper.side / self._paper.width,
-                    1.0 - self._paper.side / self._paper.width,
-                )
-                page.text(left, foot, title, fontsize=7.0, color=_QUIET)
-                page.text(
-                    right, foot, f"{number} of {len(self._pages)}",
-                    fontsize=7.0, color=_QUIET, ha="right",
-                )  # fmt: skip
+                foot = _PageText()
+                place = f"{number} of {len(self._pages)}"
+                right = self._paper.width - self._paper.side - _width(place, _FOOT)
+                foot.add(self._paper.side, _FOOT_HEIGHT, title, _FOOT)
+                foot.add(right, _FOOT_HEIGHT, place, _FOOT)
+                page.add_artist(foot)
                 pages.savefig(page)
         return content.getvalue()
 
@@ -222,6 +253,8 @@ class _PageFlow:
         page = Figure(figsize=(self._paper.width, self._paper.height), facecolor="white")
         FigureCanvasPdf(page)
         self._pages.append(page)
+        self._text = _PageText()
+        page.add_artist(self._text)
         self._y = self._paper.top
 
     def _need(self, height: float) -> bool:
@@ -235,12 +268,8 @@ class _PageFlow:
         return True
 
     def _put(self, text: str, x: float, kind: _TextStyle, *, right: bool = False) -> None:
-        paper = self._paper
-        self._page.text(
-            (paper.side + x) / paper.width, 1.0 - (self._y + 0.78 * kind.line) / paper.height, text,
-            fontsize=kind.size, fontweight="bold" if kind.bold else "normal", color=kind.color,
-            ha="right" if right else "left", va="baseline",
-        )  # fmt: skip
+        start = self._paper.side + x - (_width(text, kind) if right else 0.0)
+        self._text.add(start, self._paper.height - self._y - 0.78 * kind.line, text, kind)
 
     def _rule(self, start: float, stop: float) -> None:
         y = 1.0 - self._y / self._paper.height
@@ -278,30 +307,33 @@ class _PageFlow:
 
 
 def _column_widths(table: DocumentTable) -> list[float]:
-    """Return widths in inches: what the cells need, less where that is more than the page."""
-    count = len(table.columns)
-    needs = [
-        max(
-            _width(table.columns[place], _HEAD),
-            max((_width(row[place], _CELL) for row in table.rows), default=0.0),
-        )
-        + 0.01
-        for place in range(count)
+    """Return widths in inches: what the cells need, less where that is more than the page.
+
+    The widest columns give way, and break their lines, to a common width; no word is cut for it
+    unless the words alone are wider than the page.
+    """
+    cells = [
+        [(name, _HEAD), *((row[place], _CELL) for row in table.rows)]
+        for place, name in enumerate(table.columns)
     ]
-    room = FIGURE_WIDTH - _GUTTER * (count - 1)
-    # The widest columns give way to a common width; what is narrower keeps its own.
-    open_places = sorted(range(count), key=lambda place: needs[place])
-    widths = list(needs)
-    while open_places:
-        share = room / len(open_places)
-        narrowest = open_places[0]
-        if needs[narrowest] > share:
-            for place in open_places:
-                widths[place] = share
-            break
-        room -= needs[narrowest]
-        open_places.pop(0)
-    return widths
+    needs = np.array([max(_width(*cell) for cell in column) + 0.01 for column in cells])
+    words = np.array(
+        [
+            max((_width(word, kind) for text, kind in column for word in text.split()), default=0.0)
+            + 0.01
+            for column in cells
+        ]
+    )
+    room = FIGURE_WIDTH - _GUTTER * (len(cells) - 1)
+    if needs.sum() <= room:
+        return list(needs)
+    least = words if words.sum() <= room else np.zeros_like(words)
+    low, high = 0.0, room
+    for _ in range(40):
+        width = 0.5 * (low + high)
+        fits = np.clip(width, least, needs).sum() <= room
+        low, high = (width, high) if fits else (low, width)
+    return list(np.clip(low, least, needs))
 
 
 def _wrapped(text: str, kind: _TextStyle, width: float) -> list[str]:
@@ -325,9 +357,17 @@ def _wrapped(text: str, kind: _TextStyle, width: float) -> list[str]:
 
 @lru_cache(maxsize=20_000)
 def _measure(text: str, size: float, bold: bool) -> float:
-    font = FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
+    font = _font(size, bold)
     return float(TextToPath().get_text_width_height_descent(text, font, ismath=False)[0])
 
 
+@lru_cache(maxsize=100)
+def _font(size: float, bold: bool) -> FontProperties:
+    return FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
+
+
 def _width(text: str, kind: _TextStyle) -> float:
-    return _measure(text, kind.size, kind.bold) * _POINT
+    # Word by word: few of them are new, while no two lines are alike.
+    words = text.split(" ")
+    space = _measure(" ", kind.size, kind.bold) * (len(words) - 1)
+    return (sum(_measure(word, kind.size, kind.bold) for word in words) + space) * _POINT

@@ -218,23 +218,21 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
     half = REPORT.error_bar_sigmas * one.value.std
     chart.axhspan(one.value.mean - half, one.value.mean + half, color=palette.band, linewidth=0)
     chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.line_scale)
+    bounds = [one.bound(point) for point in one.included_points]
+    _draw_error_bars(chart, one.included_points, bounds, 0.7, drawn)
+    if one.point_disagreement:
+        noise = [point.std for point in one.included_points]
+        _draw_error_bars(chart, one.included_points, noise, 1.8, drawn)
     for flight, place in drawn.flights.items():
         points = [point for point in one.included_points if point.flight == flight]
         if not points:
             continue
-        places, values = [_place(point, drawn) for point in points], [one.value for one in points]
-        bars = chart.errorbar(
-            places, values, yerr=[REPORT.error_bar_sigmas * one.bound(point) for point in points],
+        (line,) = chart.plot(
+            [_place(point, drawn) for point in points], [point.value for point in points],
             linestyle="none", marker=flight_marker(place), markersize=drawn.size,
-            color=palette.flight(place), elinewidth=0.7 * palette.line_scale,
+            color=palette.flight(place), zorder=2.5,
         )  # fmt: skip
-        name_points(bars.lines[0], [point.maneuver for point in points])
-        if one.point_disagreement:
-            chart.errorbar(
-                places, values, yerr=[REPORT.error_bar_sigmas * point.std for point in points],
-                linestyle="none", color=palette.flight(place),
-                elinewidth=1.8 * palette.line_scale,
-            )  # fmt: skip
+        name_points(line, [point.maneuver for point in points])
     format_axes(chart, palette)
     if drawn.over == "number":
         names = {point.number: point.maneuver for point in (*one.points, *one.nonconverged_points)}
@@ -254,6 +252,23 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
     chart.set_title(
         symbol_mathtext(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True
     )
+
+
+def _draw_error_bars(
+    chart: Axes,
+    points: Sequence[DerivativePoint],
+    stds: Sequence[float],
+    width: float,
+    drawn: _ChartStyle,
+) -> None:
+    """Draw the bars of all flights at once: an error bar for each costs a second of CPU."""
+    values = np.array([point.value for point in points])
+    half = REPORT.error_bar_sigmas * np.asarray(stds)
+    chart.vlines(
+        [_place(point, drawn) for point in points], values - half, values + half,
+        colors=[drawn.palette.flight(drawn.flights[point.flight]) for point in points],
+        linewidth=width * drawn.palette.line_scale,
+    )  # fmt: skip
 
 
 def _draw_left_out(

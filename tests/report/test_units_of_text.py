@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from matplotlib.figure import FigureBase
+from matplotlib.backends.backend_pdf import RendererPdf
 
 from calibration import load_certificate
 from calibration.certificate_store import evaluate_certificate
@@ -107,15 +107,33 @@ def test_captions_have_symbols_as_figures_do(monkeypatch: pytest.MonkeyPatch) ->
     assert "<figcaption>Cmα over V</figcaption>" in page
     assert "<caption>Cnδr by flight</caption>" in page
     assert "Cm_alpha</td>" in page
-    written: list[str] = []
-    text = FigureBase.text
-    monkeypatch.setattr(
-        FigureBase,
-        "text",
-        lambda self, x, y, s, *a, **k: written.append(s) or text(self, x, y, s, *a, **k),
+    assert {"Cmα over V", "Cnδr by flight", "Cm_alpha"} <= set(texts_of_pdf(made, monkeypatch))
+
+
+def test_no_number_of_a_wide_table_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sentences beside them take more lines; columns without any text are left out."""
+    numbers = tuple(f"-0.00001{place:03}" for place in range(6))
+    table = DocumentTable(
+        columns=("derivative", *(f"column {place}" for place in range(6)), "empty", "why"),
+        rows=(("Cm_alpha", *numbers, "", "strong correlation with pitch rate and elevator"),),
     )
-    render_pdf(made)
-    assert {"Cmα over V", "Cnδr by flight", "Cm_alpha"} <= set(written)
+    shown = table.without_empty_columns()
+    assert shown.columns == (*table.columns[:7], "why")
+    made = Document(title="Test", sections=(DocumentSection(title="One", parts=(shown,)),))
+    assert {"Cm_alpha", *numbers} <= set(texts_of_pdf(made, monkeypatch))
+
+
+def texts_of_pdf(document: Document, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the texts that are drawn, line by line."""
+    written: list[str] = []
+    draw = RendererPdf.draw_text
+    monkeypatch.setattr(
+        RendererPdf,
+        "draw_text",
+        lambda self, gc, x, y, s, *a, **k: written.append(s) or draw(self, gc, x, y, s, *a, **k),
+    )
+    render_pdf(document)
+    return written
 
 
 @pytest.mark.parametrize("units", ["US", "SI"])
