@@ -49,18 +49,19 @@ PRINT_PALETTE = Palette(
     ink="#20262e",
     secondary_ink="#4a525d",
     faint="#c8ccd2",
-    previous="#7d8590",
+    previous="#69737f",
     band="#dfe9f2",
     excluded="#9aa2ac",
     traces=dict(
         zip(
             TRACE_COLORS,
-            ("#0072b2", "#cc79a7", "#d55e00", "#20262e", "#56b4e9", "#8a7d00"),
+            ("#0072b2", "#cc79a7", "#d55e00", "#20262e", "#179be6", "#5a5100"),
             strict=True,
         )
     ),
 )
-"""Of every report: the Okabe-Ito set, its yellow darkened for white paper."""
+"""Of every report: the Okabe-Ito set; yellow and sky blue are darkened for white paper, and to stay
+apart from rust and blue for every kind of color vision."""
 
 FLIGHT_MARKERS = "os^Dv<>pXh"
 

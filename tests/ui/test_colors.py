@@ -9,10 +9,11 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from gsapp.report.palette import PRINT_PALETTE, Palette
 from tests.ui.color_vision import VISIONS, ciede2000, distance
 from tests.ui.window_kit import opened_window
 from ui.icons import paint_indicator
-from ui.theme import THEMES, Theme
+from ui.theme import THEMES, Theme, contrast
 
 STATES = ("good", "caution", "warning", "target")
 FILLS = ("good_fill", "caution_fill", "warning_fill")
@@ -43,11 +44,18 @@ def test_deficient_color_vision_confuses_what_it_should():
     assert distance("#0060ff", "#008080", "tritanopia") < distance("#0060ff", "#008080", "normal")
 
 
-@themes
+@pytest.mark.parametrize("palette", [*THEMES.values(), PRINT_PALETTE], ids=[*THEMES, "print"])
 @both
-def test_traces_stay_apart(theme: Theme, vision: str) -> None:
-    for (one, first), (other, second) in combinations(theme.traces.items(), 2):
+def test_traces_stay_apart(palette: Theme | Palette, vision: str) -> None:
+    lines = {**palette.traces, "previous": palette.previous}
+    for (one, first), (other, second) in combinations(lines.items(), 2):
         assert distance(first, second, vision) >= LEAST_OF_TRACES, (one, other)
+
+
+def test_printed_lines_stand_out_from_paper() -> None:
+    """As WCAG 2.2 asks of graphics, success criterion 1.4.11."""
+    for color in (*PRINT_PALETTE.traces.values(), PRINT_PALETTE.previous):
+        assert contrast(color, PRINT_PALETTE.background) >= 3.0
 
 
 @themes
