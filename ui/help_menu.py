@@ -273,13 +273,16 @@ _MOUSE_ACTIONS = (
 )
 
 _FOCUS_KEYS = (
-    ("Tab", QT_TR_NOOP("Next control; with Shift the previous one")),
+    ("Tab", QT_TR_NOOP("Next control; with Shift: previous control")),
     ("Alt", QT_TR_NOOP("Menu bar")),
-    ("Shift+F10", QT_TR_NOOP("Menu of the chart, figure or table, as does the menu key")),
-    (QT_TR_NOOP("Arrows"), QT_TR_NOOP("Pages, steps, status bar: from part to part")),
-    (QT_TR_NOOP("Arrows"), QT_TR_NOOP("Figures, time line: move and zoom, or from point to point")),
+    ("Shift+F10", QT_TR_NOOP("Context menu of the chart, figure or table; also the menu key")),
+    (QT_TR_NOOP("Arrows"), QT_TR_NOOP("Pages, steps, status bar: next and previous")),
+    (
+        QT_TR_NOOP("Arrows"),
+        QT_TR_NOOP("Figures, time line: move and zoom; next and previous point"),
+    ),
     ("Home", QT_TR_NOOP("Figures, time line: show everything")),
-    ("C", QT_TR_NOOP("Figures, time line: values at a line that arrows move")),
+    ("C", QT_TR_NOOP("Figures, time line: cursor with values; arrows move it")),
     ("A", QT_TR_NOOP("Time line, after C: begin a selection; arrows extend it")),
 )
 """What the control with the focus does with keys that no menu lists."""
@@ -332,7 +335,7 @@ class ShortcutsDialog(SelfDeletingDialog):
             ]
             self._flow.addWidget(self._card(menu, lines, style))
         focus = [(tr(what), tr(key)) for key, what in _FOCUS_KEYS]
-        self._flow.addWidget(self._card(tr("In the control with the focus"), focus, style))
+        self._flow.addWidget(self._card(tr("Control with the focus"), focus, style))
         mouse = [(tr(what), tr(how)) for how, what in _MOUSE_ACTIONS]
         self._flow.addWidget(self._card(tr("With the mouse"), mouse, style))
         area.setWidget(body)

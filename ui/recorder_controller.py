@@ -134,8 +134,8 @@ def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> Aircraf
 
 
 _RESTART_SECONDS, _MAX_RESTARTS = 60.0, 3
-"""So often within this time a recorder that died is started again."""
-_RESTART_PAUSE = 3.0  # s from one start to the next: until then the state is that of the dead one.
+"""A recorder that stopped unexpectedly is restarted at most so often within this time."""
+_RESTART_PAUSE = 3.0  # s between restarts: the state on disk is older until then.
 _STOP_SECONDS = 11.0
 """For a recorder to stop as the window closes; it is given 10 s to write what came."""
 
@@ -160,7 +160,7 @@ class RecorderController(QObject):
         self._open_session = open_session
         self._error_reporter = error_reporter
         self._left: list[RecorderHandle] = []
-        self._restarts: list[float] = []  # When a recorder that died was started again.
+        self._restarts: list[float] = []  # Times of restarts, s.
         self._is_restarting = False
         self.is_stop_requested = False  # Whether the crew ended the recording of the open flight.
         self._monitor = RecorderMonitor(self)
@@ -211,7 +211,7 @@ class RecorderController(QObject):
         self._left = [left for left in self._left if left != recorder]
 
     def restart_dead(self, session: Session) -> None:
-        """Start the recorder of the open flight again, which died; not if it dies every time."""
+        """Restart the recorder of the open flight; give up if it stops again and again."""
         now = time.monotonic()
         self._restarts = [one for one in self._restarts if one > now - _RESTART_SECONDS]
         if self._is_restarting or self.is_stop_requested or len(self._restarts) >= _MAX_RESTARTS:
@@ -220,7 +220,10 @@ class RecorderController(QObject):
             return
         self._restarts.append(now)
         self._is_restarting = True
-        text = tr("{name}: the recorder died and was restarted. Data in between are missing.")
+        text = tr(
+            "{name}: the recorder stopped unexpectedly and was restarted. The data in between are "
+            "missing."
+        )
 
         def report(_recorder: RecorderHandle) -> None:
             self._is_restarting = False

@@ -221,9 +221,13 @@ class SettingsStore:
                 return Settings()
             log.warning("settings not used: %s", error)
             kept = self._back_up_file(shutil.move)
+            problem = error.problems[0]
+            place = str(problem).partition(":")[0]
+            if not place.startswith("line"):
+                place = problem.remedy
             self.error_text = tr(
-                "The settings in {path} cannot be read ({problem}): defaults are used.{kept}"
-            ).format(path=self.path, problem=error.problems[0], kept=kept)
+                "The settings in {path} cannot be read ({place}): defaults are used.{kept}"
+            ).format(path=self.path, place=place, kept=kept)
             return Settings()
         found, bad = _drop_invalid_values(content)
         if bad:
@@ -244,7 +248,9 @@ class SettingsStore:
         kept = self.path.with_suffix(".damaged.toml")
         with contextlib.suppress(OSError):
             lay_aside(self.path, kept)
-            return tr(" The previous file was saved as {name}.").format(name=kept.name)
+            return tr(
+                " The previous file was saved as {name}; correct it and rename it to use it again."
+            ).format(name=kept.name)
         return ""
 
     def change(self, **values: object) -> Settings:

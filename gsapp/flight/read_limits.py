@@ -44,17 +44,17 @@ def count_grid_rows(times: FloatArray, rate: float) -> float:
 
 
 def check_grid_size(path: Path, numbers: float, rate: float, records: int = 0) -> None:
-    """Raise `FlightError` where a file takes so many numbers on a grid (Hz) as fit no memory.
+    """Raise `FlightError` if a file needs more values on a grid (Hz) than memory holds.
 
-    Or far more than its `records`, where they are known, can mean.
+    Or far more than its number of `records`, if known, explains.
     """
     needed = numbers * NUMBER_BYTES
-    usual = max(records * FLIGHT_DATA.usual_record_numbers, FLIGHT_DATA.min_sparse_numbers)
+    usual = max(records * FLIGHT_DATA.usual_values_per_record, FLIGHT_DATA.min_sparse_values)
     if records and numbers < usual:
-        return  # A long flight, which takes what its records are worth.
+        return  # A long flight with records throughout.
     limit = read_limit(path.stat().st_size if path.is_file() else 0)
     if records and LIMIT_VARIABLE not in os.environ:
-        limit = min(limit, round(records * FLIGHT_DATA.max_record_numbers * NUMBER_BYTES))
+        limit = min(limit, round(records * FLIGHT_DATA.max_values_per_record * NUMBER_BYTES))
     if needed > limit:
         megabytes = int(needed) // MEGABYTE + 1
         raise FlightError(

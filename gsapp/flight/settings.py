@@ -37,9 +37,9 @@ class FlightDataSettings:
     min_grid_rate: float = 0.01  # Hz, of columns.
     max_time: float = 1e11  # s: three thousand years.
     max_idle_rows: float = 8.0  # Rows of a file from sample to sample of its quickest channel.
-    usual_record_numbers: float = 1e4  # On the grid for each record: heartbeats alone take less.
-    max_record_numbers: float = 1e5  # On the grid for each record: about one every 20 s.
-    min_sparse_numbers: float = 5e6  # Fewer are read however far apart.
+    usual_values_per_record: float = 1e4  # On the grid; heartbeats alone need fewer.
+    max_values_per_record: float = 1e5  # On the grid: a record about every 20 s.
+    min_sparse_values: float = 5e6  # Fewer are always read.
     max_clock_jump: float = 1.0  # Seconds by which a stamp may be off its neighbors ...
     clock_neighbors: int = 5  # ... so many of which tell where it should be.
     max_late_stamps: float = 0.02  # Share of the samples that may be set aside as out of order.

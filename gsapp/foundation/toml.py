@@ -32,7 +32,7 @@ _LONGEST_VALUE = 80
 """Characters of a wrong value that are shown."""
 _INTEGER_BITS = 64
 """Of the integers of TOML; Python does not even print those of thousands of digits."""
-_DAMAGED = "correct it, or restore a copy"
+_RESTORE = "correct it, or restore a copy"
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -90,7 +90,7 @@ def read_toml_table(path: Path | str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise FileProblemsError(path, [_syntax_problem(text, error)]) from error
     too_long = [
-        FileProblem(where=key, what="has too many digits", remedy=_DAMAGED)
+        FileProblem(where=key, what="has too many digits", remedy=_RESTORE)
         for key, value in walk_values(content)
         if isinstance(value, int) and value.bit_length() > _INTEGER_BITS
     ]
@@ -105,8 +105,8 @@ def _read_text(path: Path | str) -> str:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         problem = FileProblem(
-            where=f"line {line}, byte {error.start}",
-            what="is not UTF-8 text",
+            where=f"line {line}",
+            what=f"byte {error.start} is not UTF-8 text",
             remedy="save the file as UTF-8",
         )
         raise FileProblemsError(path, [problem]) from error
@@ -161,7 +161,7 @@ def _syntax_problem(text: str, error: Exception) -> FileProblem:
     what = "holds a number with too many digits"
     if isinstance(error, RecursionError):
         what = "has brackets nested too deeply"
-    return FileProblem(where=where, what=what, remedy=_DAMAGED)
+    return FileProblem(where=where, what=what, remedy=_RESTORE)
 
 
 def _key_path(location: Sequence[Any]) -> str:

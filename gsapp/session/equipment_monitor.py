@@ -322,7 +322,7 @@ class EquipmentMonitor:
             return (
                 "dead",
                 Severity.WARNING,
-                "the recorder has died: not recording until it is started again",
+                "the recorder stopped unexpectedly: not recording until it restarts",
             )
         if not self._facts.is_folder_reachable:
             return (

@@ -203,10 +203,9 @@ class LiveFeed:
             self._undelivered += blocks
 
     def _deliver(self, *, at_once: bool = False) -> None:
-        """Give what came to those who watch, a few times between two glances of a person.
+        """Give new blocks to alarms, cues and estimates, once a `delivery_interval`.
 
-        Charts follow sample by sample; for each of the others a step costs the same, however much
-        it brings.
+        A step of each costs about the same, however many samples it holds. Charts are faster.
         """
         now = self._clock()
         due = now >= self._delivered_at + MONITORS.delivery_interval

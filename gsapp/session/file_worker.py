@@ -29,8 +29,8 @@ _PIECE, _MOST_AHEAD = 1024, 8192
 """Records read at a time, and at most before somebody takes them."""
 
 _ROUNDS = 20
-"""Between two updates far apart: fewer were read where the thread stood still, too. Some of them
-may have been before the standstill."""
+"""Readings that a gap between updates must hold to count: with fewer the thread stopped, too, and
+some of them may be from before the gap."""
 
 log = logging.getLogger(__name__)
 
@@ -52,14 +52,15 @@ class FileWorker:
         """Return the seconds since everything was read last: large where the disk hangs."""
         return 0.0 if self._round_ended is None else time.monotonic() - self._round_ended
 
-    def note_update(self) -> bool:
-        """Return whether what was read is from before the program stood still; called regularly.
+    def check_update_gap(self) -> bool:
+        """Return whether what was read is from before a gap between updates, as after a suspend.
 
-        After a standstill everything is read again. A disk that hangs is not waited for.
+        To be called at every update. After a gap everything is read again. A disk that hangs is
+        not waited for.
         """
         now, former = time.monotonic(), self._updated
         needed = self._seen_rounds + _ROUNDS
-        if now - former > MONITORS.max_standstill and self._rounds < needed:
+        if now - former > MONITORS.max_update_gap and self._rounds < needed:
             self._round_ended, self._fresh_round = now, needed
         self._updated, self._seen_rounds = now, self._rounds
         return self._rounds < self._fresh_round and self.seconds_waiting < MONITORS.disk_timeout

@@ -56,7 +56,7 @@ class SessionMonitorSettings:
 
     # Link, recorder, disk.
     equipment_interval: float = 0.5  # Of reading the recorder's state.
-    max_standstill: float = 1.0  # s between updates, from which what was read is read again first.
+    max_update_gap: float = 1.0  # s between updates; after a longer one files are read again first.
     no_data_time: float = 5.0  # Without the aircraft, until the reason is shown.
     clock_set_back_us: int = 1_000_000  # Of the computer's clock, until it is shown.
     recorder_timeout: float = 5.0  # Seconds without a word of the recorder after which it hangs.
@@ -94,7 +94,7 @@ class SessionMonitorSettings:
     # Live estimates.
     maneuver_margin: float = 1.0  # Beside a maneuver, for time shifts.
     min_reported_change: float = 0.05  # Share of a bound by which it must change to be told.
-    max_shown_moments: int = 1000  # Of a history of FTR, however long the flight.
+    max_history_points: int = 1000  # Of an FTR history on screen, however long the flight.
     maneuver_delay: float = 3.0  # After a maneuver, until slow samples came.
     estimate_interval: float = 0.5  # s of flight that FTR takes in at a time, at least.
     max_attempts: int = 2  # Of a fit whose process died: the cause may be elsewhere.

@@ -203,7 +203,7 @@ class Session:
         the snapshot, and link, recorder and disk are looked after all the same.
         """
         now = self._clock()
-        is_outdated = self._worker is not None and self._worker.note_update()
+        is_outdated = self._worker is not None and self._worker.check_update_gap()
         if self.equipment is None:
             self.feed.advance(now + budget)
             self._run_periodic_tasks(now)

@@ -130,14 +130,14 @@ def start_recorder(
 
 
 def restart_recorder(folder: Path | str) -> RecorderHandle:
-    """Start the recorder of a flight folder again that died, on the same link in the same way.
+    """Restart the recorder of a flight folder that stopped unexpectedly, with the same options.
 
-    Return the one that runs, should another have started it meanwhile. Raise LinkError if nothing
-    tells what it recorded, or it cannot begin.
+    Return the running one if another window restarted it meanwhile. Raise LinkError if the folder
+    holds no recorder status, or the recorder cannot begin.
     """
     status = read_last_status(folder)
     if status is None:
-        raise LinkError(f"{folder} does not tell what was recorded into it; connect again")
+        raise LinkError(f"{folder} holds no recorder status; connect again")
     place = Path(status.folder)
     try:
         return find_recorder(place) or start_recorder(

@@ -72,8 +72,7 @@ class RecorderStatus(BaseModel):
     sends_heartbeats: bool = False  # Whether it sends the ground station's sign of life.
     heartbeats: int = 0  # Sent since the start.
     signing_key: str = ""
-    """Path of the file of the key of signatures, with which a recorder that died is started again;
-    empty for none, and once the recorder was stopped."""
+    """Path of the signing key file, for a restart; empty for none, and once recording stopped."""
     signatures: dict[str, int] = {}
     """Frames by what was found of their signature; empty where there is no key to check it."""
     parent: int = 0
@@ -85,8 +84,8 @@ class RecorderStatus(BaseModel):
 
 
 HEARTBEAT_END: Final = QT_TR_NOOP(
-    "The heartbeats of this ground station end with the recording: an autopilot with its "
-    "ground-station failsafe on (FS_GCS_ENABL, NAV_DLL_ACT) may fly home or land."
+    "The heartbeats of this ground station stop with the recording: an autopilot with its "
+    "ground-station failsafe enabled (FS_GCS_ENABL, NAV_DLL_ACT) may return home or land."
 )
 """What the end of a recording that sent heartbeats may do to an aircraft that flies."""
 

@@ -37,13 +37,13 @@ _ANNOUNCEMENTS: Final = {
     RECOVERY_PHASE: "I have control",
 }
 REPEATED_PHASES: Final = (TRAINEE_PHASE, RECOVERY_PHASE)
-"""Phases that are told whenever they begin, not the first time alone."""
+"""Phases that are announced every time they begin."""
 
 
 def phase_announcement(phase: str) -> str:
-    """Return what the box tells the crew when a phase begins; empty for none.
+    """Return the status message at the start of a phase; empty for none.
 
-    The box does not know of maneuvers: finding those is the ground's affair.
+    Maneuvers have none: the ground station finds them.
     """
     return _ANNOUNCEMENTS.get(phase, "")
 

@@ -107,7 +107,7 @@ def test_a_syntax_error_names_line_and_column(tmp_path: Path) -> None:
 
 def test_bytes_that_are_not_text_are_named(tmp_path: Path) -> None:
     (only,) = problems(tmp_path, b"\nname = '\xff\xfe'")
-    assert only.startswith("line 2, byte 9: ")
+    assert only.startswith("line 2: byte 9 ")
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

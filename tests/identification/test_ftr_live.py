@@ -111,7 +111,7 @@ def test_sample_by_sample_and_ten_times_a_second() -> None:
 @pytest.mark.parametrize("count", [1, 7, 100, 10**6])
 def test_a_thinned_history_ends_with_the_latest_estimate(count: int) -> None:
     ftr = reference(None)
-    whole, thinned = ftr.history("Cm_q"), ftr.history("Cm_q", max_moments=count)
+    whole, thinned = ftr.history("Cm_q"), ftr.history("Cm_q", max_points=count)
     assert min(count, whole.times.size) / 2 < thinned.times.size <= count
     places = np.searchsorted(whole.times, thinned.times)
     assert places[-1] == whole.times.size - 1

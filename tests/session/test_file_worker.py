@@ -21,16 +21,16 @@ def test_what_was_read_before_a_standstill_is_outdated_until_it_is_read_again(mo
     worker.start()
     while len(reads) < 2:
         time.sleep(0.001)
-    assert not worker.note_update()
-    assert not worker.note_update()
+    assert not worker.check_update_gap()
+    assert not worker.check_update_gap()
     may_read.clear()
     time.sleep(0.05)
-    ahead = MONITORS.max_standstill + 0.1
-    assert worker.note_update()
+    ahead = MONITORS.max_update_gap + 0.1
+    assert worker.check_update_gap()
     assert worker.seconds_waiting < MONITORS.disk_timeout
     before = len(reads)
     may_read.set()
-    while worker.note_update():
+    while worker.check_update_gap():
         time.sleep(0.001)
     assert len(reads) > before
     worker.close()
@@ -40,10 +40,10 @@ def test_updates_that_are_rare_do_not_outdate_what_is_read_meanwhile() -> None:
     worker, reads = FileWorker(), []
     worker.repeat(lambda: reads.append(1))
     worker.start()
-    worker.note_update()
-    time.sleep(MONITORS.max_standstill + 0.1)
+    worker.check_update_gap()
+    time.sleep(MONITORS.max_update_gap + 0.1)
     assert len(reads) > 20
-    assert not worker.note_update()
+    assert not worker.check_update_gap()
     worker.close()
 
 
@@ -51,11 +51,11 @@ def test_a_disk_that_hangs_after_a_standstill_is_known_to_hang(monkeypatch) -> N
     now = 100.0
     monkeypatch.setattr(time, "monotonic", lambda: now)
     worker = FileWorker()
-    assert not worker.note_update()
-    now += MONITORS.max_standstill + 0.1
-    assert worker.note_update()
+    assert not worker.check_update_gap()
+    now += MONITORS.max_update_gap + 0.1
+    assert worker.check_update_gap()
     for _ in range(3):  # no standstill, but a disk that does not answer
-        worker.note_update()
-        now += MONITORS.max_standstill - 0.1
-    assert not worker.note_update()
+        worker.check_update_gap()
+        now += MONITORS.max_update_gap - 0.1
+    assert not worker.check_update_gap()
     assert worker.seconds_waiting > MONITORS.disk_timeout

@@ -189,7 +189,7 @@ class AddStage(StageView):
         self.structure = AnalysisPlot(style, tr("Found, not understood"))
         self.as_tables = QCheckBox(tr("Save as a table"))
         self.as_tables.setToolTip(
-            tr("Saves structure without a name as tables over what was flown, not as products")
+            tr("Saves structure without a name as tables over the flown range, not as products")
         )
         add_widgets(
             pair.right,

@@ -342,8 +342,8 @@ class FTR:
             for name in self.names
         }
 
-    def history(self, name: str, *, max_moments: int | None = None) -> EstimateHistory:
-        """Return the estimates of one derivative, evenly thinned out to so many at most.
+    def history(self, name: str, *, max_points: int | None = None) -> EstimateHistory:
+        """Return the estimates of one derivative, thinned out evenly to `max_points` at most.
 
         Raises `UnknownNameError` if there is no such derivative.
         """
@@ -351,7 +351,7 @@ class FTR:
             raise UnknownNameError(
                 f"FTR does not estimate '{name}'; it estimates {', '.join(self.names)}"
             )
-        step = 1 if max_moments is None else -(-self._log.times.size // max_moments)
+        step = 1 if max_points is None else -(-self._log.times.size // max_points)
         return estimate_history(self._log, name, max(step, 1))
 
     def covariance(self, names: Sequence[str]) -> FloatArray:

@@ -125,7 +125,9 @@ class EstimateMonitor:
         self._verdicts = verdicts
         self.fits = ManeuverFits(ManeuverCutter(history, aircraft, info, name), model, workers)
         self.error_text = ""
-        self._fed = self._taken = -math.inf  # Flight time of the newest sample, and as of a step.
+        self._newest_time = (
+            self._processed_time
+        ) = -math.inf  # Flight time of the newest sample, and as of a step.
         self._ftr: FTR | None = None
         try:
             carded = apply_flight_info(aircraft, info())
@@ -138,16 +140,19 @@ class EstimateMonitor:
     def feed(self, block: Block) -> None:
         if self._ftr is not None and len(block):
             self._ftr.feed(block)
-            self._fed = max(self._fed, float(block.times[-1]))
+            self._newest_time = max(self._newest_time, float(block.times[-1]))
 
     def process_step(self) -> None:
         """Let FTR take in what came, at most once an `estimate_interval`: it is cheaper so."""
-        if self._ftr is not None and self._fed >= self._taken + MONITORS.estimate_interval:
-            self._taken = self._fed
+        if (
+            self._ftr is not None
+            and self._newest_time >= self._processed_time + MONITORS.estimate_interval
+        ):
+            self._processed_time = self._newest_time
             self._ftr.process_step()
 
     def reset(self) -> None:
-        self._fed = self._taken = -math.inf
+        self._newest_time = self._processed_time = -math.inf
         if self._ftr is not None:
             self._ftr.reset()
         self.fits.reset()
@@ -221,7 +226,7 @@ class EstimateMonitor:
         return build_estimate_rows(
             self._ftr.estimates(),
             {
-                name: self._ftr.history(name, max_moments=MONITORS.max_shown_moments)
+                name: self._ftr.history(name, max_points=MONITORS.max_history_points)
                 for name in self._ftr.names
             },
             self.result,
