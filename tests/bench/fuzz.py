@@ -156,11 +156,11 @@ def frames(chance: random.Random, data: bytes) -> bytes:
 
     changed, known = bytearray(data), dialect().mavlink_map
     place, stops = 0, []
-    while place + 20 < len(changed):
-        if changed[place + 8] != 0xFD:
-            break
-        stops.append(place)
-        place += 8 + 12 + changed[place + 9]
+    while place + 20 < len(changed) and changed[place + 8] == 0xFD:
+        end = place + 8 + 12 + changed[place + 9]
+        if end <= len(changed):  # A mutation before this one may have cut the last.
+            stops.append(place)
+        place = end
     for place in chance.sample(stops, min(len(stops), chance.choice((1, 5, 200)))):
         start, length = place + 8, changed[place + 9]
         message = int.from_bytes(changed[start + 7 : start + 10], "little")
