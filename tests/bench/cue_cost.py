@@ -14,18 +14,16 @@ session's snapshot holds the tick; and the same for each event of the log. The f
 out: rows wait there until it is known which channels speak.
 """
 
-import contextlib
 import os
-import socket
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from tests.bench.sender_process import send_in_real_time, sending
 
 RATE = 100
 BLOCK = 2
@@ -111,25 +109,8 @@ def cost(plan: str, seed: int) -> None:
 def send(port: int) -> None:
     from tests.excitation.cue_kit import flown, frames_of
 
-    ticks = frames_of(flown(_SEED))
-    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    begin = time.monotonic()
-    for index, frames in enumerate(ticks):
-        time.sleep(max(begin + index / RATE - time.monotonic(), 0.0))
-        line.sendto(frames, ("127.0.0.1", port))
-
-
-@contextlib.contextmanager
-def sending(port: int) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(
-        [sys.executable, __file__, "send", str(port)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
+    frames = frames_of(flown(_SEED))
+    send_in_real_time(port, ((index / RATE, data) for index, data in enumerate(frames)))
 
 
 def arrivals(folder: Path) -> dict[int, float]:
@@ -163,7 +144,7 @@ def latency() -> None:
         recorder = start_recorder(f"udpin:127.0.0.1:{port}", folder)
         session = Session.follow(folder, channel_map="b777", aircraft="b777")
         try:
-            with sending(port) as sender:
+            with sending(__file__, port) as sender:
                 known, quiet = 0, time.monotonic() + 60.0
                 while sender.poll() is None and time.monotonic() < quiet:
                     session.update()

@@ -17,18 +17,16 @@ window's own loop; samples that are missing in the record or in the session; sha
 """
 
 import os
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from tests.bench import latency
+from tests.bench.sender_process import send_in_real_time, sending
 
 RATE = latency.RATE
 _SEED = 0
@@ -101,31 +99,12 @@ def fly(place: Path, seconds: float) -> float:
 
 
 def send(port: int, place: Path) -> None:
-    import socket
-
     from gsapp.flight.raw_files import read_tlog
 
     ticks: dict[int, bytes] = {}
     for record in read_tlog(place):
         ticks[record.stamp_us] = ticks.get(record.stamp_us, b"") + record.data
-    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    first, begin = min(ticks), time.monotonic()
-    for stamp, data in sorted(ticks.items()):
-        time.sleep(max(begin + (stamp - first) * 1e-6 - time.monotonic(), 0.0))
-        line.sendto(data, ("127.0.0.1", port))
-
-
-@contextmanager
-def sending(port: int, place: Path, script: str = __file__) -> Iterator[None]:
-    process = subprocess.Popen(
-        [sys.executable, script, "send", str(port), str(place)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
+    send_in_real_time(port, ((1e-6 * stamp, data) for stamp, data in sorted(ticks.items())))
 
 
 # --- a run ----------------------------------------------------------------------------------------
@@ -182,7 +161,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
             while not window.flight_controller.is_open and time.monotonic() < deadline:
                 run(0.05)
             window.commands.actions["panel_estimates"].trigger()
-            with sending(port, place):
+            with sending(__file__, port, place):
                 while not seen.shown and time.monotonic() < deadline:
                     run(0.05)
                 run(_SETTLE)

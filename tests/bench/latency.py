@@ -32,17 +32,17 @@ import math
 import os
 import socket
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
+from tests.bench.sender_process import send_in_real_time, sending
 
 RATE = 100
 LEAP_EVERY = 40  # samples
@@ -67,17 +67,15 @@ def volts_at(tick: int) -> list[float]:
     return volts
 
 
-def send(port: int, seconds: float, shift_us: int) -> None:
-    """Send the full-rate link in real time, stamped so much after the places of the grid."""
+def frames_of(seconds: float, shift_us: int) -> Iterator[tuple[float, bytes]]:
+    """Yield the full-rate link with its times, stamped so much after the places of the grid."""
     from gsapp.decoding.dialect import dialect
     from gsapp.virtual.downlink.onboard_messages import OnboardSample, telemetry_layout
 
     values = defaultdict(lambda: 0.5)
     values |= {"static_pressure": 98000.0, "temperature": 290.0, "Vc": 30.0, "battery": 11.8}
     packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
-    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     slots = telemetry_layout(thin=False, attitude_sent=True, position_sent=False)
-    begin = time.monotonic()
     for number in range(round(seconds * RATE)):
         tick = OnboardSample(
             number=number, volts=volts_at(number), values=values, unix_us=1_700_000_000
@@ -90,9 +88,8 @@ def send(port: int, seconds: float, shift_us: int) -> None:
                     message.time_usec += shift_us
                 frames.append(bytes(message.pack(packer)))
                 packer.seq = (packer.seq + 1) % 256
-        time.sleep(max(begin + number / RATE - time.monotonic(), 0.0))
         for frame in frames:
-            line.sendto(frame, ("127.0.0.1", port))
+            yield number / RATE, frame
 
 
 # The window, watched
@@ -222,19 +219,6 @@ def processor_time(pid: int) -> float | None:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-@contextmanager
-def sending(port: int, seconds: float, shift_us: int) -> Iterator[None]:
-    process = subprocess.Popen(
-        [sys.executable, __file__, "send", str(port), str(seconds), str(shift_us)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
-
-
 def empty_loop(seconds: float) -> tuple[float, float]:
     """Return share of a core, and the 95th percentile of lateness (ms), of an idle Qt timer."""
     from PySide6.QtCore import QEventLoop, Qt, QTimer
@@ -301,7 +285,7 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
                 if time.monotonic() > deadline:
                     raise TimeoutError("the recorder did not start")
             recorder = window.flight_controller.session.recorder
-            with sending(port, seconds + 60.0, shift_us):
+            with sending(__file__, port, seconds + 60.0, shift_us):
                 while not frames.shown:
                     run(0.05)
                     if time.monotonic() > deadline:
@@ -442,6 +426,6 @@ def main(*options: str) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["send"]:
-        send(int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]))
+        send_in_real_time(int(sys.argv[2]), frames_of(float(sys.argv[3]), int(sys.argv[4])))
     else:
         main(*sys.argv[1:])

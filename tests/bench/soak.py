@@ -12,7 +12,6 @@ in the end, which slows all of it.
 
 import gc
 import os
-import socket
 import sys
 import tempfile
 import time
@@ -22,17 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from tests.bench import estimates_live, latency, memory
+from tests.bench.sender_process import send_in_real_time, sending
 
 _WATCHED = 10.0  # s of each minute in which frames are timed
 _TAIL = 1 << 20  # bytes of the record that hold them
-
-
-def send(port: int, flight: Path) -> None:
-    line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    begin = time.monotonic()
-    for at, frame in memory.endless(flight):
-        time.sleep(max(begin + at - time.monotonic(), 0.0))
-        line.sendto(frame, ("127.0.0.1", port))
 
 
 def memory_of(pid: int | str) -> tuple[float, float, int, int]:
@@ -140,7 +132,7 @@ def main(*given: str) -> list:
             while not controller.is_open and time.monotonic() < deadline:
                 application.processEvents()
             window.commands.actions["panel_estimates"].trigger()
-            with estimates_live.sending(port, sent, __file__):
+            with sending(__file__, port, sent):
                 rows = follow(
                     window, folder, scratch / "tail", minutes, frames, trace="--trace" in given
                 )
@@ -159,6 +151,6 @@ def main(*given: str) -> list:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["send"]:
-        send(int(sys.argv[2]), Path(sys.argv[3]))
+        send_in_real_time(int(sys.argv[2]), memory.endless(Path(sys.argv[3])))
     else:
         main(*sys.argv[1:])
