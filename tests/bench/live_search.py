@@ -20,6 +20,7 @@ import numpy as np
 from gsapp.session.live_estimation.live_search import (
     LiveSearchRequest,
     LiveSearchResult,
+    confirm_names,
     run_search_request,
 )
 from tests.discrepancy.blind.cases import MISSING, WHOLE, Case, all_cases
@@ -76,10 +77,10 @@ def _spread(cases: Sequence[Case], count: int) -> list[Case]:
 def fly(case: Case) -> Flight:
     maneuvers = fly_case(with_sizes(case)).maneuvers
     started = time.process_time()
-    steps = [
-        run_search_request(LiveSearchRequest(maneuvers=tuple(maneuvers[:count])))
-        for count in range(FIRST, len(maneuvers) + 1, EVERY)
-    ]
+    steps: list[LiveSearchResult] = []
+    for count in range(FIRST, len(maneuvers) + 1, EVERY):
+        step = run_search_request(LiveSearchRequest(maneuvers=tuple(maneuvers[:count])))
+        steps.append(confirm_names(steps[-1] if steps else None, step))
     return Flight(case=case, steps=tuple(steps), cpu=time.process_time() - started)
 
 

@@ -1,6 +1,7 @@
 """A missing effect is searched for after each maneuver, over all that were flown so far."""
 
 from concurrent.futures import Future
+from dataclasses import replace
 from typing import Any
 
 from gsapp.identification.maneuver import Maneuver
@@ -28,11 +29,11 @@ def test_evidence_grows_with_the_maneuvers_until_the_effect_is_named() -> None:
     """Too few maneuvers are said to be that; then what is hidden is the likeliest, and named."""
     search = LiveSearch(InlineFitWorker(run_search_request))
     whole = flown(6)
-    for count in (1, 4, 6):
+    for count in (1, 4, 5, 6):
         search.update(whole[:count])
         search.update(whole[:count])
-    few, some, all_ = search.steps
-    assert [one.maneuvers for one in search.steps] == [1, 4, 6]
+    few, some, _, all_ = search.steps
+    assert [one.maneuvers for one in search.steps] == [1, 4, 5, 6]
     assert not few.verdict
     assert few.why
     assert not few.evidence
@@ -41,7 +42,7 @@ def test_evidence_grows_with_the_maneuvers_until_the_effect_is_named() -> None:
     assert some.evidence.get(HIDDEN, 0.0) <= all_.evidence[HIDDEN]
     assert all(0.0 <= share <= 1.0 for one in search.steps for share in one.evidence.values())
     assert all_.time == whole[-1].block.times[-1]
-    assert [one["maneuvers"] for one in search.to_json()] == [1, 4, 6]
+    assert [one["maneuvers"] for one in search.to_json()] == [1, 4, 5, 6]
     search.close()
 
 
@@ -87,6 +88,19 @@ def test_one_search_runs_at_a_time_and_the_next_takes_all_that_came() -> None:
     search.reset()
     assert not search.is_running
     assert not search.steps
+
+
+def test_an_effect_is_named_when_two_searches_in_a_row_name_it() -> None:
+    worker = Held()
+    search = LiveSearch(worker)
+    names = [("a",), (), ("a",), ("a", "b"), ("b",)]
+    whole = flown(len(names))
+    for count, named in enumerate(names, start=1):
+        search.update(whole[:count])
+        worker.running[-1].set_result(replace(_step(count), named=named))
+    search.update(whole)
+    assert [one.named for one in search.steps] == [(), (), (), ("a",), ("b",)]
+    assert [one.unconfirmed for one in search.steps] == [("a",), (), ("a",), ("b",), ()]
 
 
 def test_a_search_runs_in_a_process_of_its_own() -> None:

@@ -36,6 +36,12 @@ def search_status_text(search: LiveSearch, units: str) -> str:
     if last is not None:
         searched = count_text(last.maneuvers, "maneuver")
         parts.append(f"{searched}: {typeset(last.why)}")
+        if last.unconfirmed:
+            parts.append(
+                tr("Not yet confirmed by a second search: {names}").format(
+                    names=", ".join(last.unconfirmed)
+                )
+            )
         if last.experiment is not None:
             from gsapp.report.discrepancy_text import experiment_text  # as the plot below
 

@@ -35,6 +35,9 @@ class LiveSearchResult:
     evidence: Mapping[str, float]
     """Probability of each effect by its id, largest first: named ones, then what may be next."""
     named: tuple[str, ...] = ()
+    """By this search and the one before."""
+    unconfirmed: tuple[str, ...] = ()
+    """Named by this search alone."""
     experiment: DecidingExperiment | None = None
     """What to fly next, where effects cannot be told apart or do not show."""
 
@@ -87,6 +90,19 @@ def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchRe
     )
 
 
+def confirm_names(before: LiveSearchResult | None, step: LiveSearchResult) -> LiveSearchResult:
+    """Name in a step only what the search before named, too.
+
+    A flight is searched after each maneuver, and each search is one more chance of a false name.
+    """
+    known = () if before is None else (*before.named, *before.unconfirmed)
+    return replace(
+        step,
+        named=tuple(name for name in step.named if name in known),
+        unconfirmed=tuple(name for name in step.named if name not in known),
+    )
+
+
 def _probability_of_any(scores: Sequence[float]) -> float:
     """Return how likely any candidate is, beside none, by the mean of their likelihood ratios."""
     if not scores:
@@ -128,7 +144,8 @@ class LiveSearch:
             error = running.exception()
             self.error_text = "" if error is None else str(error) or type(error).__name__
             if error is None:
-                self.steps = (*self.steps, running.result())
+                before = self.steps[-1] if self.steps else None
+                self.steps = (*self.steps, confirm_names(before, running.result()))
         if self._running is None and self.enabled and len(maneuvers) > self._searched:
             self._searched = len(maneuvers)
             try:
