@@ -6,13 +6,14 @@
     python3 packaging/bootstrap.py test --all          all checks and tests
     python3 packaging/bootstrap.py bench [NAME ...]    the benchmarks
     python3 packaging/bootstrap.py run [ARGUMENTS]     the program itself: the window, or a command
-    python3 packaging/bootstrap.py setup               only the setting up
+    python3 packaging/bootstrap.py setup [parquet]     only the setting up; with Parquet files
 
 On Windows type py in place of python3.
 
-Everything is installed into `.venv` beside this folder, at the versions of run.lock and
-test.lock; the environment variable GSAPP_VENV names another folder, as for a clone that cannot be
-written to. Nothing but Python's standard library is used here; Python 3.11 to 3.14 is needed.
+Everything is installed into `.venv` beside this folder, at the versions of run.lock, parquet.lock
+and test.lock, without the files that unused_files.txt names; the environment variable GSAPP_VENV
+names another folder, as for a clone that cannot be written to. Nothing but Python's standard
+library is used here; Python 3.11 to 3.14 is needed.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import contextlib
 import ctypes
 import hashlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -28,6 +30,9 @@ import sys
 import sysconfig
 import tempfile
 import time
+from collections.abc import Iterator
+from fnmatch import translate
+from importlib.metadata import PackagePath, distributions
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -39,6 +44,14 @@ OLDEST, NEWEST = (3, 11), (3, 14)
 ON_TWO_CORES = ["-n3", "--dist=loadfile", "--no-loadscope-reorder", "--max-worker-restart=0"]
 # mypy's newest way: not tried on Windows, and it writes into the clone.
 AS_TWO = ["--num-workers=2"] if os.name != "nt" and os.access(PROJECT, os.W_OK) else []
+IMPORTS = """
+import importlib, pkgutil
+for root in ("gsapp", "ui", "calibration"):
+    package = importlib.import_module(root)
+    for module in pkgutil.walk_packages(package.__path__, root + "."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+"""
 CONTRACT = "from importlinter.cli import lint_imports_command as check; check()"
 USUAL_TIME = {False: "11 minutes on two cores", True: "25 minutes on two cores"}
 CACHES = {
@@ -47,7 +60,10 @@ CACHES = {
     "MYPY_CACHE_DIR": "mypy",
     "HYPOTHESIS_STORAGE_DIRECTORY": "hypothesis",
 }
-DOWNLOAD = {"run.lock": 240, "test.lock": 35}  # MB, all wheels for Linux on Intel
+# MB, all wheels for Linux on Intel, and what is installed of them
+DOWNLOAD = {"run.lock": 190, "parquet.lock": 50, "test.lock": 35}
+ON_DISK = {"run.lock": 470, "parquet.lock": 110, "test.lock": 120}
+UNUSED_FILES = HERE / "unused_files.txt"
 REPORT_INTERVAL = 10.0  # s, between two lines on a download
 
 # Shared library -> Debian package. PySide6's wheels bring Qt but not what Qt stands on.
@@ -194,10 +210,10 @@ def venv_python() -> Path:
     return VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
-def state_of(locks: list[Path]) -> str:
-    """Return a fingerprint of all that an environment is made from."""
+def state_of(lock: Path) -> str:
+    """Return a fingerprint of all that the packages of a lock file are installed from."""
     digest = hashlib.sha256(sys.version.encode() + str(PROJECT).encode())
-    for path in [*locks, PROJECT / "pyproject.toml"]:
+    for path in (lock, UNUSED_FILES, PROJECT / "pyproject.toml"):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -240,13 +256,53 @@ def size(folder: Path) -> int:
     return total
 
 
+def patterns(path: Path) -> set[str]:
+    """Return the patterns of a file like unused_files.txt; none where there is no such file."""
+    lines = path.read_text("utf-8").splitlines() if path.is_file() else []
+    return {line for line in lines if line and not line.startswith("#")}
+
+
+def unused_files(locks: list[Path]) -> Iterator[PackagePath]:
+    """Yield the files of locked packages that nothing loads; those of others are the user's."""
+    named = "|".join(translate(pattern) for pattern in patterns(UNUSED_FILES))
+    locked = {
+        canonical(name)
+        for lock in locks
+        for name in re.findall(r"^([\w.-]+)==", lock.read_text("utf-8"), re.MULTILINE)
+    }
+    for package in distributions(path=[sysconfig.get_path("purelib", "venv", {"base": str(VENV)})]):
+        if canonical(package.name) in locked:
+            yield from (file for file in package.files or () if re.match(named, file.as_posix()))
+
+
+def canonical(name: str) -> str:
+    """Return the name of a package as comparisons need it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def remove_unused_files(locks: list[Path]) -> None:
+    """Remove what the program never loads of its packages: a third of their size.
+
+    The list is kept beside them: once the program uses more than it did, all is installed anew.
+    """
+    shutil.copyfile(UNUSED_FILES, VENV / UNUSED_FILES.name)
+    for file in unused_files(locks):
+        path = Path(os.path.normpath(file.locate()))
+        with contextlib.suppress(OSError):  # on Windows, in use
+            for compiled in path.parent.glob(f"__pycache__/{path.stem}.*.pyc"):
+                compiled.unlink()
+            path.unlink(missing_ok=True)
+            os.removedirs(path.parent)  # those that are empty
+
+
 def make_environment() -> None:
-    """Make an empty virtual environment of this Python, in place of that of another."""
+    """Make an empty virtual environment, in place of that of another Python or list of files."""
     current = subprocess.run(
         [str(venv_python()), "-c", "import sys; print(sys.version)"],
         check=False, capture_output=True, text=True,
     ).stdout.strip() if venv_python().is_file() else ""  # fmt: skip
-    if current == sys.version.strip():
+    removed = patterns(VENV / UNUSED_FILES.name)
+    if current == sys.version.strip() and removed <= patterns(UNUSED_FILES):
         return
     if (VENV / "pyvenv.cfg").is_file():
         shutil.rmtree(VENV, ignore_errors=True)
@@ -266,23 +322,33 @@ def make_environment() -> None:
         raise SetupError(f"Cannot make the virtual environment {VENV}; see the message above.")
 
 
-def set_up(with_tests: bool) -> None:
-    """Make the virtual environment as the lock files say; do nothing if it already is so."""
+def set_up(*extras: str) -> None:
+    """Make the virtual environment as the lock files say; do nothing if it already is so.
+
+    `extras` are locks beside that of what runs: ``parquet``, ``test``, ``build``.
+    """
     install_system_packages()
-    locks = [HERE / "run.lock"] + ([HERE / "test.lock"] if with_tests else [])
-    stamp = VENV / ("test.stamp" if with_tests else "run.stamp")
-    state = state_of(locks)
-    if stamp.is_file() and stamp.read_text() == state and venv_python().is_file():
+    stamps = {HERE / f"{name}.lock": VENV / f"{name}.stamp" for name in ("run", *extras)}
+    locks = [
+        lock
+        for lock, stamp in stamps.items()
+        if not (venv_python().is_file() and stamp.is_file() and stamp.read_text() == state_of(lock))
+    ]
+    if not locks:
         return
-    megabytes = sum(DOWNLOAD[lock.name] for lock in locks)
-    say(f"Setting up {VENV}, once: up to {megabytes} MB to download, 1 GB on the disk")
+    loaded, kept = (sum(sizes.get(lock.name, 0) for lock in locks) for sizes in (DOWNLOAD, ON_DISK))
+    say(f"Setting up {VENV}, once: up to {loaded} MB to download, {kept} MB on the disk")
     make_environment()
     for lock in locks:
-        # Wheels only: nothing is compiled on the user's machine.
-        pip("install", "--require-hashes", "--no-deps", "--only-binary", ":all:", "-r", str(lock),
-            megabytes=DOWNLOAD[lock.name])  # fmt: skip
+        # Wheels only: nothing is built on the user's machine. Most modules are never imported.
+        pip("install", "--require-hashes", "--no-deps", "--no-compile", "--only-binary", ":all:",
+            "-r", str(lock), megabytes=DOWNLOAD.get(lock.name, 0))  # fmt: skip
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(PROJECT))
-    stamp.write_text(state)
+    remove_unused_files(locks)
+    # What is imported is compiled now: later, several processes would do so, or users who cannot.
+    run(["-P", "-c", IMPORTS], QT_QPA_PLATFORM="offscreen")
+    for lock in locks:
+        stamps[lock].write_text(state_of(lock))
 
 
 def environment() -> dict[str, str]:
@@ -366,12 +432,13 @@ def main() -> int:
         "test": lambda: test(arguments),
         "bench": lambda: hand_over(["tests/bench/run.py", *arguments], PROJECT),
     }
-    if command not in actions:
+    extras = {"setup": arguments, "test": ["parquet", "test"], "bench": ["parquet", "test"]}
+    if command not in actions or (command == "setup" and not set(arguments) <= {"parquet"}):
         say(__doc__ or "")
         return 0 if command in {"help", "-h", "--help"} else 2
     try:
         check_python()
-        set_up(with_tests=command in {"test", "bench"})
+        set_up(*extras.get(command, ()))
         return actions[command]()
     except SetupError as error:
         print(error, file=sys.stderr)

@@ -55,9 +55,7 @@ Description: ground station for flight-testing remotely piloted research aircraf
 def set_up() -> None:
     """Make the virtual environment to build in: what runs, and what builds."""
     bootstrap.VENV = BUILD / "venv"
-    bootstrap.set_up(with_tests=False)
-    bootstrap.pip("install", "--require-hashes", "--no-deps", "--only-binary", ":all:",
-                  "-r", str(bootstrap.HERE / "build.lock"))  # fmt: skip
+    bootstrap.set_up("parquet", "build")
 
 
 def run_module(*arguments: str) -> None:
@@ -73,10 +71,22 @@ def build_folder() -> None:
         "PyInstaller", "--noconfirm", "--log-level=WARN", f"--distpath={STANDALONE.parent}",
         f"--workpath={BUILD / 'pyinstaller'}", str(bootstrap.HERE / "gsapp.spec"),
     )  # fmt: skip
+    if sys.platform == "linux":
+        strip_libraries()
     done = subprocess.run([STANDALONE / "gsapp", "--version"], stdout=subprocess.PIPE, check=True)
     if done.stdout.decode().strip() != VERSION:
         raise bootstrap.SetupError(f"The build is of version {done.stdout!r}, not {VERSION}.")
     bootstrap.say(f"{STANDALONE}: {size(STANDALONE) / 1e6:.0f} MB")
+
+
+def strip_libraries() -> None:
+    """Remove the debugging symbols of Python and Arrow: 35 MB.
+
+    Libraries whose paths a wheel's maker edited, in folders ``*.libs``, may be damaged by it.
+    """
+    folder = STANDALONE / "_internal"
+    libraries = [*folder.glob("libpython*"), *folder.glob("pyarrow/lib*.so*")]
+    output("strip", "--strip-unneeded", *(str(path) for path in libraries))
 
 
 def build_archive() -> None:

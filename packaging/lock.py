@@ -1,4 +1,4 @@
-"""Write run.lock, test.lock and build.lock from pyproject.toml. Needs `uv` on the PATH."""
+"""Write the lock files from pyproject.toml. Needs `uv` on the PATH."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 COMPILE = [
     "uv", "pip", "compile", "pyproject.toml", "-", "--universal", "--python-version", "3.11",
     "--fork-strategy", "fewest", "--generate-hashes", "--no-emit-index-url", "--no-header",
-    "--no-annotate", "--quiet", "--extra", "parquet", "--extra", "mat73",
+    "--no-annotate", "--quiet", "--extra", "mat73",
 ]  # fmt: skip
 
 
@@ -29,15 +29,15 @@ def requirements(lock: Path) -> list[str]:
 
 
 def main() -> None:
-    """Lock what runs; then what only tests and builds need, at the same versions."""
+    """Lock what runs; then what only Parquet files, tests and builds need, at the same versions."""
     compile_lock(HERE / "run.lock")
     needed_to_run = set(requirements(HERE / "run.lock"))
-    for group in ("test", "build"):
+    for name, option in {"parquet": "--extra", "test": "--group", "build": "--group"}.items():
         with tempfile.TemporaryDirectory() as folder:
             everything = Path(folder) / "all.lock"
-            compile_lock(everything, "--group", group, "-c", str(HERE / "run.lock"))
-            only_group = [text for text in requirements(everything) if text not in needed_to_run]
-        (HERE / f"{group}.lock").write_text("".join(only_group))
+            compile_lock(everything, option, name, "-c", str(HERE / "run.lock"))
+            only_this = [text for text in requirements(everything) if text not in needed_to_run]
+        (HERE / f"{name}.lock").write_text("".join(only_this))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 
 from gsapp.flight.atomic_files import atomic_flight_file
 from gsapp.flight.certificates import uncalibrated_columns
+from gsapp.flight.readers.parquet_file import load_pyarrow
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import Block, FloatArray, channel, from_si, is_raw_channel
 
@@ -166,14 +167,7 @@ def write_parquet(
     Each column's metadata states its ``unit``. Where an instrument had no certificate, that of its
     volts names it under ``uncalibrated``.
     """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        raise FlightError(
-            "writing Parquet needs pyarrow, which is not installed; install it with "
-            "'pip install gsapp-ground-station[parquet]', or export to csv or mat"
-        ) from error
+    pyarrow, parquet = load_pyarrow()
     layout = ColumnUnits.from_channels(block.channels, system)
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
     columns = [pyarrow.array(block.times)]

@@ -56,14 +56,15 @@ def test_it_needs_the_standard_library_only() -> None:
 def test_the_locks_cover_every_declared_package_with_hashes() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
     run, test, build = locked("run.lock"), locked("test.lock"), locked("build.lock")
+    parquet = locked("parquet.lock")
     extras = project["project"]["optional-dependencies"].values()
     declared = names(
         project["project"]["dependencies"] + [text for each in extras for text in each]
     )
-    assert declared <= set(run)
+    assert declared <= set(run) | set(parquet)
     assert names(project["dependency-groups"]["test"]) <= set(run) | set(test)
     assert names(project["dependency-groups"]["build"]) <= set(build)
-    for entry in [*run.values(), *test.values(), *build.values()]:
+    for entry in [*run.values(), *parquet.values(), *test.values(), *build.values()]:
         assert "--hash=sha256:" in entry
         assert "==" in entry.splitlines()[0]
     # 6.12.0 aborts on Python 3.11: docs/decisions/0003.
@@ -201,7 +202,124 @@ def test_what_follows_the_download_is_the_installation(
 def test_the_readme_tells_the_duration_and_the_download_that_the_program_does(bootstrap) -> None:
     text = (PROJECT / "README.md").read_text(encoding="utf-8")
     assert all(time in text for time in bootstrap.USUAL_TIME.values())
-    assert f"{bootstrap.DOWNLOAD['run.lock']} MB to download" in text
+    for lock in ("run.lock", "parquet.lock"):
+        assert f"{bootstrap.DOWNLOAD[lock]} MB to download" in text
+        assert f"{bootstrap.ON_DISK[lock]} MB on the disk" in text
+
+
+def add_package(site: Path, name: str, *files: str) -> None:
+    for file in files:
+        path = site / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("")
+    about = site / f"{name}-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    (about / "RECORD").write_text("".join(f"{file},,\n" for file in files))
+
+
+def test_only_unused_files_of_locked_packages_are_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    site = Path(bootstrap.sysconfig.get_path("purelib", "venv", {"base": str(tmp_path)}))
+    dialects = "pymavlink/dialects/v20"
+    add_package(site, "pymavlink", f"{dialects}/all.py", f"{dialects}/paparazzi.py")
+    add_package(site, "NumPy", "numpy/__init__.py", "numpy/ma/tests/test_core.py")
+    add_package(site, "mine", "mine/tests/data.py", "mine/fast.h")
+    compiled = site / dialects / "__pycache__"
+    compiled.mkdir()
+    for name in ("all", "paparazzi"):
+        (compiled / f"{name}.cpython-313.pyc").touch()
+    bootstrap.remove_unused_files([PROJECT / "packaging" / "run.lock"])
+    kept = {path.relative_to(site).as_posix() for path in site.rglob("*.*") if path.is_file()}
+    assert {name for name in kept if "dist-info" not in name} == {
+        f"{dialects}/all.py", f"{dialects}/__pycache__/all.cpython-313.pyc", "numpy/__init__.py",
+        "mine/tests/data.py", "mine/fast.h",
+    }  # fmt: skip
+    assert not (site / "numpy/ma/tests").exists()
+
+
+def test_an_environment_that_lacks_what_is_used_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "version", "3.13.0 (of the test)")
+    venv = tmp_path / "venv"
+    bootstrap = load_bootstrap(venv, monkeypatch)
+    python = venv / "python"
+    monkeypatch.setattr(bootstrap, "venv_python", lambda: python)
+    made: list[str] = []
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda _: made.append("venv") or 0)
+
+    def have(*removed: str) -> None:
+        venv.mkdir(exist_ok=True)
+        (venv / "pyvenv.cfg").touch()
+        python.write_text(f"#!/bin/sh\necho '{sys.version}'\n")
+        python.chmod(0o755)
+        (venv / "unused_files.txt").write_text("\n".join(removed))
+
+    have("lxml/*")
+    bootstrap.make_environment()
+    assert made == []
+    have("lxml/*", "scipy/*")
+    bootstrap.make_environment()
+    assert made == ["venv"]
+    assert not python.exists()
+
+
+def test_what_is_installed_already_is_not_installed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    installed: list[str] = []
+    monkeypatch.setattr(bootstrap, "install_system_packages", lambda: None)
+    monkeypatch.setattr(bootstrap, "make_environment", lambda: None)
+    monkeypatch.setattr(bootstrap, "venv_python", lambda: Path(sys.executable))
+    monkeypatch.setattr(bootstrap, "run", lambda *_, **__: 0)
+    monkeypatch.setattr(bootstrap, "pip", lambda *args, **_: installed.append(Path(args[-1]).name))
+
+    def install(*extras: str) -> list[str]:
+        installed.clear()
+        bootstrap.set_up(*extras)
+        return [name for name in installed if name.endswith(".lock")]
+
+    assert install() == ["run.lock"]
+    assert install("parquet", "test") == ["parquet.lock", "test.lock"]
+    assert install("parquet") == install() == []
+    monkeypatch.setattr(bootstrap, "state_of", lambda _: "of a new version")
+    assert install("parquet") == ["run.lock", "parquet.lock"]
+
+
+LOADED = r"""
+import sys
+from pathlib import Path
+import matplotlib.backends.backend_pdf, scipy.io, scipy.stats, pyarrow.parquet, h5py
+import PySide6.QtWidgets
+app = PySide6.QtWidgets.QApplication([])
+files = {module.__file__ for module in sys.modules.values() if getattr(module, "__file__", None)}
+if sys.platform == "linux":
+    maps = Path("/proc/self/maps").read_text().splitlines()
+    files |= {line.split(maxsplit=5)[5] for line in maps if "site-packages" in line}
+print(*files, sep="\n")
+"""
+
+
+def test_nothing_that_the_program_imports_is_named_as_unused(bootstrap: ModuleType) -> None:
+    named = re.compile(
+        "|".join(map(bootstrap.translate, bootstrap.patterns(bootstrap.UNUSED_FILES)))
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", bootstrap.IMPORTS + LOADED],
+        capture_output=True, text=True, cwd=PROJECT,
+        env={**bootstrap.environment(), "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": str(PROJECT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    files = [Path(line).as_posix() for line in done.stdout.splitlines()]
+    files = [file.partition("/site-packages/")[2] for file in files]
+    # Tried, and done without: formats of images (Qt, Pillow), remote files (Arrow), lxml.
+    tried = re.compile(r"lxml/|PIL/_|pillow\.libs/|pyarrow/(_\w+fs|libarrow_s3)|.*/imageformats/")
+    assert "PySide6/QtOpenGL" in " ".join(files)
+    assert [file for file in files if named.match(file) and not tried.match(file)] == []
 
 
 def test_a_stuck_test_stands_in_the_summary_with_the_reasons_of_skips(

@@ -81,7 +81,7 @@ def test_the_bootstrap_runs_the_program_in_a_folder_with_modules_of_the_user(hos
         f"import sys; sys.path.insert(0, {str(ROOT / 'packaging')!r})\n"
         "from pathlib import Path; import bootstrap\n"
         "bootstrap.venv_python = lambda: Path(sys.executable)\n"
-        "bootstrap.set_up = lambda **_: None\n"
+        "bootstrap.set_up = lambda *_: None\n"
         "sys.argv[1:] = ['run', 'certificates', 'b777']; sys.exit(bootstrap.main())\n"
     )
     done = run("-c", program, folder=hostile, PYTHONPATH=str(hostile))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -12,6 +13,20 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
 
+def load_pyarrow() -> tuple[ModuleType, ModuleType]:
+    """Return pyarrow and its module for Parquet files, which are installed on request only."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise FlightError(
+            "Parquet files need pyarrow, which is not installed. Install it with 'python3 "
+            "packaging/bootstrap.py setup parquet' in the folder of the clone, or with 'pip "
+            "install gsapp-ground-station[parquet]'. Files .csv and .mat need no installation"
+        ) from error
+    return pyarrow, parquet
+
+
 def read_parquet_content(
     path: Path, limit: int, progress: ProgressCallback
 ) -> tuple[dict[str, FloatArray], dict[str, str]]:
@@ -19,14 +34,7 @@ def read_parquet_content(
 
     Raise `FlightError` where they take more than `limit` bytes.
     """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        raise FlightError(
-            "reading Parquet needs pyarrow, which is not installed; install it with "
-            "'pip install gsapp-ground-station[parquet]'"
-        ) from error
+    pyarrow, parquet = load_pyarrow()
     # Through a handle: given a path, Arrow would also read folders and other places.
     with path.open("rb") as stream:
         file = parquet.ParquetFile(stream)
