@@ -3,36 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import mmap
-import os
 import sys
-import tempfile
-from pathlib import Path
 from typing import IO
 
 import numpy as np
-import platformdirs
 
+from gsapp.foundation.temporary_arrays import extend_file, open_temporary_file
 from gsapp.quantities import FloatArray
 
 _STEP = 8 * 2**20  # bytes; small enough that growing never holds up a screen update
-# What a file system answers that cannot set room aside; writing does it everywhere.
-_NOT_OFFERED = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
 _ITEM = 8  # bytes of a float64
-
-
-def spill_folder() -> Path | None:
-    """Return a folder on disk for temporary data, or None for the system's own choice.
-
-    The system's temporary folder often lies in memory, which is what spilling is to spare.
-    """
-    folder = platformdirs.user_cache_path("gsapp") / "history"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
 
 
 class SpillPool:
@@ -55,10 +36,7 @@ class SpillPool:
         self._used = 0
         self.values: FloatArray = np.empty(0)
         with contextlib.suppress(OSError):
-            # Unbuffered: what is written must be seen by the map at once.
-            self._file = tempfile.TemporaryFile(  # noqa: SIM115 - lives as long as the pool
-                prefix="gsapp-", dir=spill_folder(), buffering=0
-            )
+            self._file = open_temporary_file()
         self.on_disk = self._file is not None
 
     def allocate(self, count: int) -> int:
@@ -89,7 +67,7 @@ class SpillPool:
         size = self.values.size * _ITEM + step
         if self._file is not None:
             try:
-                self._extend_file(self._file, size)
+                extend_file(self._file, size)
                 grown = mmap.mmap(self._file.fileno(), size)
             except (OSError, ValueError):
                 grown = self._leave_disk(size)
@@ -100,23 +78,6 @@ class SpillPool:
         self.values = np.frombuffer(grown, dtype=np.float64)
         self._release_map()
         self._map = grown
-
-    @staticmethod
-    def _extend_file(file: IO[bytes], size: int) -> None:
-        """Take real disk blocks: a map over a hole kills the process when the disk is full."""
-        held = os.fstat(file.fileno()).st_size
-        if hasattr(os, "posix_fallocate"):
-            try:
-                os.posix_fallocate(file.fileno(), held, size - held)
-            except OSError as error:
-                if error.errno not in _NOT_OFFERED:
-                    raise
-            else:
-                return
-        file.seek(held)
-        remaining = size - held
-        while remaining > 0:
-            remaining -= file.write(bytes(min(remaining, 2**20))) or 0
 
     def _leave_disk(self, size: int) -> mmap.mmap:
         """Copy everything into memory that belongs to no file."""

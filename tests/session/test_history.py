@@ -243,7 +243,7 @@ def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPat
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(spill_pool.SpillPool, "_extend_file", staticmethod(full))
+    monkeypatch.setattr(spill_pool, "extend_file", full)
     history.append(block(900_000, {"q": values}))
     history.append(block(1_800_000, {"q": values}))
     assert not history.on_disk

@@ -19,11 +19,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from gsapp.foundation.temporary_arrays import create_array
 from gsapp.identification.axes import derivatives_of
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution
@@ -207,51 +207,50 @@ class EstimateSnapshot:
 
 
 class EstimateLog:
-    """Estimates of D derivatives at all moments so far; see `EstimateSnapshot` for the arrays."""
+    """Estimates of D derivatives at all moments so far; see `EstimateSnapshot` for the arrays.
+
+    Those of a long flight lie in a temporary file.
+    """
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
+        D = len(self.names)
+        self._row = np.dtype(
+            [
+                ("times", np.float64),
+                *((name, np.float64, (D,)) for name in ("values", "stds", "plains")),
+                *((name, np.int8, (D,)) for name in ("verdicts", "companions")),
+                ("qualities", np.float32, (D, 4)),
+            ],
+            align=True,
+        )
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
         self._count = 0
-        self._make(256)
-
-    def _make(self, size: int) -> None:
-        D = len(self.names)
-        self._times = np.empty(size)
-        self._table: dict[str, npt.NDArray[Any]] = {
-            "values": np.empty((size, D)),
-            "stds": np.empty((size, D)),
-            "plains": np.empty((size, D)),
-            "verdicts": np.empty((size, D), dtype=np.int8),
-            "companions": np.empty((size, D), dtype=np.int8),
-            "qualities": np.empty((size, D, 4), dtype=np.float32),
-        }
+        self._table = create_array(256, self._row)
 
     def append(self, times: FloatArray, moment: EstimateSnapshot) -> None:
         """Add moments; those at or before the last one take its place."""
         index = int(np.searchsorted(self.times, times[0] - 1e-9))
         need = index + times.size
-        if need > self._times.size:
-            old_times, old = self._times, self._table
-            self._make(2 * need)
-            self._times[:index] = old_times[:index]
-            for name, array in old.items():
-                self._table[name][:index] = array[:index]
-        self._times[index:need] = times
-        for name, array in self._table.items():
-            array[index:need] = getattr(moment, name)
+        if need > self._table.size:
+            old = self._table
+            self._table = create_array(2 * need, self._row)
+            self._table[:index] = old[:index]
+        self._table["times"][index:need] = times
+        for one in fields(EstimateSnapshot):
+            self._table[one.name][index:need] = getattr(moment, one.name)
         self._count = need
 
     @property
     def times(self) -> FloatArray:
-        return self._times[: self._count]
+        return np.asarray(self._table["times"][: self._count], dtype=np.float64)
 
     @property
     def last_time(self) -> float | None:
-        return float(self._times[self._count - 1]) if self._count else None
+        return float(self._table["times"][self._count - 1]) if self._count else None
 
     def row_at(self, time: float | None) -> int | None:
         """Return the row of the last moment at or before a time; None if there is none."""
@@ -262,15 +261,15 @@ class EstimateLog:
 
     @property
     def values(self) -> FloatArray:
-        return self._table["values"][: self._count]
+        return np.asarray(self._table["values"][: self._count], dtype=np.float64)
 
     @property
     def stds(self) -> FloatArray:
-        return self._table["stds"][: self._count]
+        return np.asarray(self._table["stds"][: self._count], dtype=np.float64)
 
     @property
     def plains(self) -> FloatArray:
-        return self._table["plains"][: self._count]
+        return np.asarray(self._table["plains"][: self._count], dtype=np.float64)
 
     @property
     def verdicts(self) -> VerdictArray:
@@ -285,18 +284,13 @@ class EstimateLog:
         return np.asarray(self._table["qualities"][: self._count], dtype=np.float32)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        return {
-            "times": self.times,
-            **{name: array[: self._count] for name, array in self._table.items()},
-        }
+        return {name: self._table[name][: self._count] for name in self._row.names or ()}
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        times = np.asarray(state["times"], dtype=np.float64)
-        self._make(max(256, 2 * times.size))
-        self._times[: times.size] = times
-        for name, array in self._table.items():
-            array[: times.size] = state[name]
-        self._count = times.size
+        self._count = len(state["times"])
+        self._table = create_array(max(256, 2 * self._count), self._row)
+        for name in self._row.names or ():
+            self._table[name][: self._count] = state[name]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

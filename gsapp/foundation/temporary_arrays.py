@@ -1,0 +1,82 @@
+"""Arrays in temporary files: what a long flight adds belongs to the disk, not to memory."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import math
+import mmap
+import os
+import tempfile
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+import platformdirs
+
+MIN_FILE_SIZE = 2**20
+"""Bytes below which an array stays in memory."""
+# What a file system answers that cannot set room aside; writing does it everywhere.
+_NOT_OFFERED = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
+
+
+def temporary_folder() -> Path | None:
+    """Return a folder on disk for temporary data, or None for the system's own choice.
+
+    The system's temporary folder often lies in memory.
+    """
+    folder = platformdirs.user_cache_path("gsapp") / "history"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+def open_temporary_file() -> IO[bytes]:
+    """Open a file without a name where the system allows it; it vanishes with the process.
+
+    Raises
+    ------
+    OSError
+        If no file can be created.
+    """
+    # Unbuffered: a map of the file sees at once what is written.
+    return tempfile.TemporaryFile(prefix="gsapp-", dir=temporary_folder(), buffering=0)
+
+
+def extend_file(file: IO[bytes], size: int) -> None:
+    """Take real disk blocks: a map over a hole kills the process when the disk is full.
+
+    Raises
+    ------
+    OSError
+        If the disk is full.
+    """
+    held = os.fstat(file.fileno()).st_size
+    if hasattr(os, "posix_fallocate"):
+        try:
+            os.posix_fallocate(file.fileno(), held, size - held)
+        except OSError as error:
+            if error.errno not in _NOT_OFFERED:
+                raise
+        else:
+            return
+    file.seek(held)
+    remaining = size - held
+    while remaining > 0:
+        remaining -= file.write(bytes(min(remaining, 2**20))) or 0
+
+
+def create_array(count: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """Return an array of `count` items, shape (count,), in a temporary file where it is large.
+
+    Its content is undefined. It lies in memory where it is small or no file can be had.
+    """
+    size = math.prod((count, np.dtype(dtype).itemsize))
+    if size >= MIN_FILE_SIZE:
+        with contextlib.suppress(OSError, ValueError), open_temporary_file() as file:
+            extend_file(file, size)
+            return np.frombuffer(mmap.mmap(file.fileno(), size), dtype=dtype)
+    return np.empty(count, dtype=dtype)
