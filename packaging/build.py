@@ -31,9 +31,11 @@ LINUX = bootstrap.HERE / "linux"
 VERSION = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
 SYSTEM = {"win32": "windows", "darwin": "macos"}.get(sys.platform, sys.platform)
 
-# Neither these nor glibc are in the folder: they belong to the graphics driver.
+# Neither these nor glibc are in the folder: they belong to the graphics driver, and
+# fontconfig-config says where fonts are, of which it needs one package.
 SYSTEM_LIBRARIES = (
-    "libdrm2, libegl1, libgl1, libwayland-client0, libwayland-cursor0, libwayland-egl1, libxcb1"
+    "fontconfig-config, libdrm2, libegl1, libgl1, libwayland-client0, libwayland-cursor0, "
+    "libwayland-egl1, libxcb1"
 )
 CONTROL = """\
 Package: gsapp
@@ -42,7 +44,6 @@ Architecture: {architecture}
 Maintainer: The maintainers <maintainers@localhost>
 Installed-Size: {kilobytes}
 Depends: libc6 (>= {glibc}), {libraries}
-Recommends: fonts-dejavu-core
 Suggests: speech-dispatcher, xdg-utils
 Section: science
 Priority: optional
