@@ -33,6 +33,17 @@ _LONGEST_VALUE = 80
 _INTEGER_BITS = 64
 """Of the integers of TOML; Python does not even print those of thousands of digits."""
 _RESTORE = "correct it, or restore a copy"
+_TYPE_REMEDIES = {
+    "bool": "write true or false",
+    "dict": "write a table",
+    "float": "write a number without quotes",
+    "int": "write a whole number without quotes",
+    "list": "write a list in brackets",
+    "model": "write a table",
+    "string": "write text in quotes",
+    "tuple": "write a list in brackets",
+}
+"""By the part before the underscore of pydantic's type of an error."""
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -198,6 +209,7 @@ def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:
         remedy = did_you_mean(str(detail["input"]), choices, most=1)
     if detail["type"] != "value_error":
         what = f"{what[:1].lower()}{what[1:]} (found {_shorten(repr(detail['input']))})"
+        remedy = remedy or _TYPE_REMEDIES.get(detail["type"].partition("_")[0], "")
     return FileProblem(where=where, what=what, remedy=remedy)
 
 

@@ -189,7 +189,7 @@ class SummaryPage(ReviewStepPage):
     def _derivatives(self) -> None:
         self.table = FittedTableView(
             self.display_style, tr("Derivatives"), DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
-            widths={0: 62, 1: "−0.000123", 2: "0.000012", 3: "0.000012", 4: 84, 5: 76, 6: 60,
+            widths={0: 62, 1: "−0.000123", 2: "0.000012", 3: "0.000012", 4: 84, 5: 84, 6: 60,
                     7: "0.000123", 8: 70, 9: 30, 10: 38, 11: 66},
             right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
             title_details={0: tr("Derivative"), 6: tr("Bound in percent of the mean")},
