@@ -1,12 +1,12 @@
 """The faults of the campaign: each brings one over a run, and says what is due then."""
 
-import contextlib
 import os
 import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,65 +29,103 @@ def control(run: Run) -> None:
     run.fly(3.0)
 
 
+# The recorder and its helpers
+
+
 def recorder_killed(run: Run) -> None:
     run.begin()
     killed = time.monotonic()
-    run.kill_recorder()
+    run.signal_recorder(signal.SIGKILL)
     run.announce("recorder")
     run.expected.add("link")  # frames are missing indeed
     run.record()
-    run.excuse(killed, time.monotonic())
+    run.excuse(killed)
     run.recover()
 
 
 def recorder_frozen(run: Run) -> None:
     run.begin()
-    run.kill_recorder(signal.SIGSTOP)
-    pid = run.handle.pid
+    pid = run.signal_recorder(signal.SIGSTOP)
     run.announce("recorder", "link")
-    run.expected.update(("recorder", "link"))
     run.fly(run.choose.uniform(0.0, 4.0))
     os.kill(pid, signal.SIGCONT)
     run.recover()
 
 
-def _moved(run: Run) -> None:
-    """Go on in the folder to which the record moved, as the window does."""
-    run.expected.update(("folder", "recorder", "link"))
-    begin = time.monotonic()
-    took = run.wait(lambda: run.session.equipment.moved_to is not None)
-    if took == float("inf"):
-        run.outcome.wrong.append("the record does not go on elsewhere")
+def laptop_sleeps(run: Run) -> None:
+    run.outcome.due = False
+    run.begin()
+    run.sender.silent = True
+    time.sleep(0.05)
+    pid = run.signal_recorder(signal.SIGSTOP)
+    length = run.choose.uniform(3.0, 12.0)
+    time.sleep(length)
+    run.asleep += length
+    os.kill(pid, signal.SIGCONT)
+    run.expected.add("link")
+    run.sender.silent = False
+    run.recover()
+
+
+def clock_set(run: Run, direction: int) -> None:
+    run.record_here()
+    run.begin()
+    run.outcome.due = direction < 0
+    run.expected.update(("clock",) if run.outcome.due else ())
+    run.set_clock(direction * run.choose.choice((1.5, 5.0, 60.0, 3600.0, 86400.0)))
+    run.recover()
+    if run.outcome.due:
+        run.announce("clock")
+    else:
+        run.fly(1.0)
+
+
+def worker_killed(run: Run) -> None:
+    run.outcome.due = False
+    run.start_at(run.choose.uniform(0.0, 30.0))
+    run.sender.speed = 6.0
+    run.begin(workers=ProcessFitWorker())
+    fits = run.session.estimates.fits
+    if run.wait(lambda: fits.pending, 60.0, wrong="no maneuver was fitted") is None:
         return
-    run.outcome.announced = took if run.is_announced("folder", "recorder") else None
+    run.fly(run.choose.uniform(0.0, 1.5))
+    known = len(fits.result.results)
+    for pid in estimates_live.children(os.getpid()):
+        words = Path(f"/proc/{pid}/cmdline").read_bytes()
+        if pid != run.handle.pid and b"spawn_main" in words:
+            os.kill(pid, signal.SIGKILL)
+    run.wait(lambda: len(fits.result.results) > known, 40.0, wrong="no fit after the fault")
+    run.outcome.recovered = 0.0
+    run.outcome.wrong += [f"{name}: {why}" for name, why in fits.failures.items()]
+
+
+# Folders and disks
+
+
+def moved(run: Run, lose: Callable[[Run], object]) -> None:
+    """Take the folder away; go on in that to which the record moves, as the window does."""
+    run.begin()
+    begin = time.monotonic()
+    lose(run)
+    run.expected.update(("folder", "recorder", "link"))
+    text = "the record does not go on elsewhere"
+    took = run.wait(lambda: run.session.equipment.moved_to is not None, wrong=text)
+    if took is None:
+        return
+    is_announced = run.is_announced("folder", "recorder")
+    run.outcome.announced = took if is_announced else None
     run.session.close()
     run.folder = run.session.equipment.moved_to
-    run.session = run.follow()
+    run.sessions = [run.follow()]
     run.recover()
-    run.outcome.recovered = run.outcome.recovered + took
-    if run.outcome.announced is None:
-        run.outcome.announced = (
-            time.monotonic() - begin if run.is_announced("folder", "recorder") else None
-        )
+    run.outcome.recovered = (run.outcome.recovered or 0.0) + took
+    if not is_announced and run.is_announced("folder", "recorder"):
+        run.outcome.announced = time.monotonic() - begin
 
 
-def folder_removed(run: Run) -> None:
-    run.begin()
+def remove_folder(run: Run) -> None:
     while run.folder.exists():  # a status may be written meanwhile
         shutil.rmtree(run.folder, ignore_errors=True)
-    _moved(run)
-
-
-def folder_renamed(run: Run) -> None:
-    run.begin()
-    run.folder.rename(run.folder.with_name("elsewhere"))
-    _moved(run)
-
-
-def folder_read_only(run: Run) -> None:
-    run.begin()
-    run.folder.chmod(0o555)
-    _moved(run)
 
 
 def runtime_folder_removed(run: Run) -> None:
@@ -98,94 +136,40 @@ def runtime_folder_removed(run: Run) -> None:
     run.recover()
 
 
-def _command(*words: str | Path, check: bool = True) -> None:
+def command(*words: str | Path, check: bool = True) -> None:
     found = shutil.which(words[0])
     subprocess.run([found, *words[1:]], check=check, stderr=subprocess.DEVNULL)
 
 
-@contextlib.contextmanager
-def disk(place: Path, size: str = "1g") -> Iterator[None]:
+def mount_disk(run: Run) -> Path:
+    place = run.folder.parent
     place.mkdir(parents=True)
-    _command("mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place)
-    try:
-        yield
-    finally:
-        _command("umount", "-l", place, check=False)
-
-
-def resize(place: Path, size: str) -> None:
-    _command("mount", "-o", f"remount,size={size}", place)
+    command("mount", "-t", "tmpfs", "-o", "size=1g", "tmpfs", place)
+    run.cleanup.callback(command, "umount", "-l", place, check=False)
+    return place
 
 
 def disk_full(run: Run) -> None:
-    place = run.folder.parent
-    with disk(place):
-        run.begin()
-        used = os.statvfs(place)
-        blocks = used.f_blocks - used.f_bfree + run.choose.randrange(2, 6)
-        resize(place, str(blocks * used.f_frsize))
-        run.announce("recorder", "disk")
-        run.expected.update(("recorder", "disk"))
-        run.fly(run.choose.uniform(0.5, 4.0))
-        resize(place, "1g")
-        run.recover()
-        run.finish()
-        run.count()
-
-
-def disk_pulled(run: Run) -> None:
-    place = run.folder.parent
-    with disk(place):
-        run.begin()
-        _command("umount", "-l", place)
-        _moved(run)
-        run.finish()
-        run.count()
-
-
-def worker_killed(run: Run) -> None:
-    run.outcome.due = False
-    run.offset = run.choose.uniform(0.0, 30.0)
-    run.sender = Sender(run.part(), udp(run.port))
-    run.senders = [run.sender]
-    run.sender.speed = 6.0
-    run.begin(workers=ProcessFitWorker())
-    fits = run.session.estimates.fits
-    if run.wait(lambda: fits.pending, 60.0) == float("inf"):
-        run.outcome.wrong.append("no maneuver was fitted")
-        return
-    run.fly(run.choose.uniform(0.0, 1.5))
-    known = len(fits.result.results)
-    for pid in estimates_live.children(os.getpid()):
-        words = Path(f"/proc/{pid}/cmdline").read_bytes()
-        if pid != run.handle.pid and b"spawn_main" in words:
-            os.kill(pid, signal.SIGKILL)
-    took = run.wait(lambda: len(fits.result.results) > known, 40.0)
-    run.outcome.recovered = took if took == float("inf") else 0.0
-    run.outcome.wrong += [f"{name}: {why}" for name, why in fits.failures.items()]
-
-
-def port_unplugged(run: Run) -> None:
-    port = SerialPort(run.scratch / "ttyGround")
-    port.plug()
-    run.link = f"serial:{port.name}:115200"
-    run.sender.deliver = port.deliver
+    place = mount_disk(run)
     run.begin()
-    _pulled(run, port)
-    run.fly(run.choose.uniform(0.0, 1.0))
-    port.plug()
+    used = os.statvfs(place)
+    blocks = used.f_blocks - used.f_bfree + run.choose.randrange(2, 6)
+    command("mount", "-o", f"remount,size={blocks * used.f_frsize}", place)
+    run.announce("recorder", "disk")
+    run.fly(run.choose.uniform(0.5, 4.0))
+    command("mount", "-o", "remount,size=1g", place)
     run.recover()
 
 
-def _pulled(run: Run, port: SerialPort) -> None:
-    """Pull the plug; what the driver still held then never reached a program."""
-    at = time.monotonic()
-    port.unplug()
-    run.announce("link")
-    run.excuse(at - 0.05, at + 0.05)
+def disk_pulled(run: Run) -> None:
+    place = mount_disk(run)
+    moved(run, lambda _run: command("umount", "-l", place))
 
 
-def port_renamed(run: Run) -> None:
+# Links
+
+
+def port_unplugged(run: Run, *, renamed: bool) -> None:
     port = SerialPort(run.scratch / "ttyGround")
     run.link = f"serial:{port.name}:115200"
     run.sender.deliver = port.deliver
@@ -198,55 +182,21 @@ def port_renamed(run: Run) -> None:
             for one in plugged.read_text().split()
         ]
 
-    run.record_here(ports=ports)  # a fork would hold what is open now
+    if renamed:
+        run.record_here(ports=ports)  # a fork would hold what is open now
     port.plug()
     run.begin()
     plugged.write_text("")
-    _pulled(run, port)
-    port.name = run.scratch / "ttyOther"
+    at = time.monotonic()
+    port.unplug()
+    run.announce("link")
+    run.excuse(at - 0.05, at + 0.05)  # what the driver still held never reached a program
+    if renamed:
+        port.name = run.scratch / "ttyOther"
+    else:
+        run.fly(run.choose.uniform(0.0, 1.0))
     port.plug()
     plugged.write_text(str(port.name))
-    run.recover()
-
-
-def garbage(run: Run) -> None:
-    choose = run.choose
-
-    def spoil(frame: bytes) -> list[bytes]:
-        kind = choose.random()
-        if kind < 0.1:
-            return [frame, choose.randbytes(choose.randrange(1, 600))]
-        if kind < 0.15:  # cut, with the start of a frame that never ends
-            return [frame[: choose.randrange(1, len(frame))], b"\xfd\xff\x00"]
-        if kind < 0.2:
-            wrong = bytearray(frame)
-            wrong[choose.randrange(len(wrong))] ^= 1 << choose.randrange(8)
-            return [bytes(wrong)]
-        return [frame]
-
-    run.outcome.due = False
-    run.begin()
-    run.expected.update(("link", "aircraft"))
-    run.sender.shape = spoil
-    run.fly(run.choose.uniform(1.0, 3.0))
-    run.sender.shape = lambda frame: [frame]
-    run.recover()
-
-
-def burst(run: Run) -> None:
-    run.outcome.due = False
-    waiting: list[bytes] = []
-    run.begin()
-    run.sender.shape = lambda frame: waiting.append(frame) or []
-    run.expected.add("link")
-    run.fly(run.choose.uniform(0.5, 8.0))
-
-    def release(frame: bytes) -> list[bytes]:
-        found = [*waiting, frame]
-        waiting.clear()
-        return found
-
-    run.sender.shape = release
     run.recover()
 
 
@@ -261,60 +211,71 @@ def silence(run: Run) -> None:
     run.recover()
 
 
-def duplicates(run: Run) -> None:
-    choose, held = run.choose, []
-    run.outcome.due = False
+Shape = Callable[[Run, list[bytes], bytes], list[bytes]]
 
-    def shuffle(frame: bytes) -> list[bytes]:
-        held.append(frame)
-        if choose.random() < 0.1:
-            return []
-        choose.shuffle(held)
-        found = [*held, *(one for one in held if choose.random() < 0.2)]
+
+def deformed(
+    run: Run, shape: Shape, seconds: tuple[float, float], expected: tuple[str, ...] = ()
+) -> None:
+    """Send for some seconds what a function makes of each frame, then what it held back."""
+    held: list[bytes] = []
+
+    def release(frame: bytes) -> list[bytes]:
+        found = [*held, frame]
         held.clear()
         return found
 
-    run.begin()
-    run.sender.shape = shuffle
-    run.fly(run.choose.uniform(2.0, 5.0))
-    run.sender.shape = lambda frame: [*held, frame]
-    time.sleep(0.02)
-    run.sender.shape = lambda frame: [frame]
-    run.recover()
-
-
-def clock_back(run: Run) -> None:
-    run.record_here()
-    run.begin()
-    run.expected.add("clock")
-    run.set_clock(-run.choose.choice((1.5, 5.0, 60.0, 3600.0, 86400.0)))
-    run.recover()
-    run.announce("clock")
-
-
-def clock_forward(run: Run) -> None:
     run.outcome.due = False
-    run.record_here()
     run.begin()
-    run.set_clock(run.choose.choice((1.5, 5.0, 60.0, 3600.0, 86400.0)))
+    run.expected.update(expected)
+    run.sender.shape = partial(shape, run, held)
+    run.fly(run.choose.uniform(*seconds))
+    run.sender.shape = release
     run.recover()
-    run.fly(1.0)
+
+
+def spoil(run: Run, _held: list[bytes], frame: bytes) -> list[bytes]:
+    choose = run.choose
+    kind = choose.random()
+    if kind < 0.1:
+        return [frame, choose.randbytes(choose.randrange(1, 600))]
+    if kind < 0.15:  # cut, with the start of a frame that never ends
+        return [frame[: choose.randrange(1, len(frame))], b"\xfd\xff\x00"]
+    if kind < 0.2:
+        wrong = bytearray(frame)
+        wrong[choose.randrange(len(wrong))] ^= 1 << choose.randrange(8)
+        return [bytes(wrong)]
+    return [frame]
+
+
+def hold(_run: Run, held: list[bytes], frame: bytes) -> list[bytes]:
+    held.append(frame)
+    return []
+
+
+def shuffle(run: Run, held: list[bytes], frame: bytes) -> list[bytes]:
+    held.append(frame)
+    if run.choose.random() < 0.1:
+        return []
+    run.choose.shuffle(held)
+    found = [*held, *(one for one in held if run.choose.random() < 0.2)]
+    held.clear()
+    return found
 
 
 def two_aircraft(run: Run) -> None:
     """Another one of another id, which the map rules out, or of the same id: from there or here."""
     run.begin()
     kind = run.choose.choice(("other id", "other address", "same address"))
-    deliver = run.sender.deliver if kind == "same address" else udp(run.port)
     run.offset += 20.0
-    other = Sender(run.part(), deliver)
+    other = Sender(run.part(), run.sender.deliver if kind == "same address" else udp(run.port))
     if kind == "other id":
         other.shape = lambda frame: [of_system(frame, 7)]
     run.senders.append(other)
     other.start()
     run.outcome.due = kind != "other id"
-    run.expected.update(("aircraft", "stranger", "link") if run.outcome.due else ())
     if run.outcome.due:
+        run.expected.add("link")
         run.announce("aircraft", "stranger")
     run.fly(1.0)
     flown = run.session.decoder.health.report(run.session.equipment.host_us()).system
@@ -324,21 +285,24 @@ def two_aircraft(run: Run) -> None:
     run.recover()
 
 
+# Windows
+
+
 def second_window(run: Run) -> None:
     run.outcome.due = False
     run.begin()
-    run.others.append(run.follow())
-    run.recover(lambda: run.is_current(run.others[0]))
-    one, two = run.session, run.others[0]
+    one, two = run.session, run.follow()
+    run.sessions.append(two)
+    run.recover(lambda: run.is_current(two))
     mark = one.mark("a mark")
-    if run.wait(lambda: mark.text in [other.text for other in two.marks], 3.0) == float("inf"):
-        run.outcome.wrong.append("a mark does not reach the other window")
+    text = "a mark does not reach the other window"
+    run.wait(lambda: mark.text in [other.text for other in two.marks], 3.0, wrong=text)
     run.sender.silent = True
     run.expected.add("link")
     run.wait(lambda: run.alarm("link", session=one) and run.alarm("link", session=two))
     one.acknowledge_all()
-    if run.wait(lambda: not two.alarm_registry.unacknowledged, 3.0) == float("inf"):
-        run.outcome.wrong.append("an acknowledgment does not reach the other window")
+    text = "an acknowledgment does not reach the other window"
+    run.wait(lambda: not two.alarm_registry.unacknowledged, 3.0, wrong=text)
     run.sender.silent = False
     run.recover()
     end = min(one.now, two.now) - 0.5
@@ -348,20 +312,54 @@ def second_window(run: Run) -> None:
             run.outcome.wrong.append(f"the windows show different samples of {name}")
 
 
-def laptop_sleeps(run: Run) -> None:
+def in_window(run: Run, fault: Callable[[Run, Window], Window]) -> None:
+    """Bring a fault over the real window, and wait for the one that is left."""
+    run.start()
     run.outcome.due = False
-    run.begin()
-    pid = run.handle.pid
-    run.sender.silent = True
-    time.sleep(0.05)
-    os.kill(pid, signal.SIGSTOP)
-    length = run.choose.uniform(3.0, 12.0)
-    time.sleep(length)
-    run.asleep += length
-    os.kill(pid, signal.SIGCONT)
-    run.expected.update(("link",))
-    run.sender.silent = False
-    run.recover()
+    window = Window(run)
+    window.wait(60.0)
+    time.sleep(run.choose.uniform(0.0, 1.5))
+    begin = time.monotonic()
+    window = fault(run, window)
+    began, took = time.monotonic(), window.wait(60.0)
+    if took is not None:
+        run.outcome.recovered = took + (began - begin if run.outcome.due else 0.0)
+    if run.outcome.due:
+        run.excuse(begin)
+    time.sleep(0.5)
+    run.outcome.false += [
+        f"{key}: in the window"
+        for key in window.alarms
+        if key in EQUIPMENT and key not in run.expected
+    ]
+
+
+def kill_window(run: Run, window: Window) -> Window:
+    window.stop()
+    time.sleep(run.choose.uniform(0.0, 1.0))
+    return Window(run)
+
+
+def freeze_window(run: Run, window: Window) -> Window:
+    window.process.send_signal(signal.SIGSTOP)
+    time.sleep(run.choose.uniform(1.0, 6.0))
+    window.process.send_signal(signal.SIGCONT)
+    return window
+
+
+def kill_recorder(run: Run, window: Window) -> Window:
+    run.outcome.due = True
+    run.expected.update(("recorder", "link"))
+    died = run.handle
+    run.signal_recorder(signal.SIGKILL)
+    run.outcome.announced = run.wait(lambda: "recorder" in window.alarms, step=False)
+    text = "the window does not start the recorder again"
+    if run.wait(lambda: run.handle not in (None, died), 8.0, step=False, wrong=text) is None:
+        run.record()
+    return window
+
+
+# Power
 
 
 def power_lost(run: Run) -> None:
@@ -370,12 +368,11 @@ def power_lost(run: Run) -> None:
     run.begin()
     run.fly(1.0)
     run.session.mark("the last mark")
-    run.kill_recorder()
-    for sender in run.senders:
-        sender.stop()
-    run.session.close()
-    run.session, copy = None, run.scratch / "copy"
-    raw = run.folder / "raw.tlog"
+    run.signal_recorder(signal.SIGKILL)
+    run.finish()
+    # Its last bytes may be lost: only what the file holds counts.
+    run.outcome.lost = 0
+    raw, copy = run.folder / "raw.tlog", run.scratch / "copy"
     ends, position = [], 0
     for record in read_tlog(raw):
         position += 8 + len(record.data)
@@ -400,105 +397,64 @@ def power_lost(run: Run) -> None:
             shutil.rmtree(copy)
             shutil.copytree(run.folder, copy)
             os.truncate(copy / name, size)
-            _go_on(run, copy, f"{name} of {size} bytes", ends, size if name == "raw.tlog" else None)
+            whole = int((bounds <= size).sum()) if name == "raw.tlog" else len(ends)
+            try:
+                wrong = go_on(copy, whole, run.flight[0][1], may_pass=name == "recorder.json")
+            except Exception as error:  # whatever it is, it is a defect
+                wrong = [repr(error)]
+            run.outcome.wrong += [f"{name} of {size} bytes: {text}" for text in wrong]
 
 
-def _go_on(
-    run: Run, folder: Path, what: str, ends: list[tuple[int, int]], size: int | None
-) -> None:
-    try:
-        state = record_state(folder)
-        frame = run.flight[0][1]
-        whole = sum(end <= size for end, _ in ends) if size is not None else len(ends)
-        loaded = load_flight(folder)
-        writer = RawWriter(folder)
-        writer.append(writer.last_stamp + 1, Framer().feed(frame))
-        writer.close()
-        kept = len([one for one in RawTail(folder).poll() if one.kind == "frame"])
-        if kept != whole + 1 or not len(loaded.block):
-            run.outcome.wrong.append(f"{what}: {kept - 1} of {whole} frames")
-        if state != "interrupted" and "recorder.json" not in what:
-            run.outcome.wrong.append(f"{what}: the record passes for {state}")
-        session = Session.follow(folder, channel_map="b777", aircraft="b777")
-        for _ in range(3):
-            session.update(0.05)
-        if session.snapshot().problem:
-            run.outcome.wrong.append(f"{what}: {session.snapshot().problem}")
-        session.close()
-    except Exception as error:  # whatever it is, it is a defect
-        run.outcome.wrong.append(f"{what}: {error!r}")
+def go_on(folder: Path, whole: int, frame: bytes, *, may_pass: bool) -> list[str]:
+    """Read, continue and follow a record of so many whole frames; return what is wrong.
+
+    `may_pass`: whether it may pass for finished.
+    """
+    wrong = []
+    state, loaded = record_state(folder), load_flight(folder)
+    writer = RawWriter(folder)
+    writer.append(writer.last_stamp + 1, Framer().feed(frame))
+    writer.close()
+    kept = len([one for one in RawTail(folder).poll() if one.kind == "frame"])
+    if kept != whole + 1 or not len(loaded.block):
+        wrong.append(f"{kept - 1} of {whole} frames")
+    if state != "interrupted" and not may_pass:
+        wrong.append(f"the record passes for {state}")
+    session = Session.follow(folder, channel_map="b777", aircraft="b777")
+    for _ in range(3):
+        session.update(0.05)
+    problem = session.snapshot().problem
+    session.close()
+    return [*wrong, *filter(None, (problem,))]
 
 
-# With the window
-
-
-@contextlib.contextmanager
-def window_of(run: Run) -> Iterator[Window]:
-    run.prepare()
-    run.record()
-    run.sender.start()
-    window = Window(run)
-    try:
-        if run.wait(window.is_current, 60.0, step=False) == float("inf"):
-            raise TimeoutError("the window did not show the flight")
-        time.sleep(run.choose.uniform(0.0, 1.5))
-        yield window
-    finally:
-        window.stop()
-
-
-def window_killed(run: Run) -> None:
-    run.outcome.due = False  # nobody is left who could
-    with window_of(run) as window:
-        window.process.kill()
-        time.sleep(run.choose.uniform(0.0, 1.0))
-        again = Window(run)
-        run.outcome.recovered = run.wait(again.is_current, 60.0, step=False)
-        _check_window(run, again)
-        again.stop()
-
-
-def window_frozen(run: Run) -> None:
-    run.outcome.due = False
-    with window_of(run) as window:
-        window.process.send_signal(signal.SIGSTOP)
-        time.sleep(run.choose.uniform(1.0, 6.0))
-        window.process.send_signal(signal.SIGCONT)
-        run.outcome.recovered = run.wait(window.is_current, step=False)
-        _check_window(run, window)
-
-
-def recorder_killed_under_window(run: Run) -> None:
-    run.expected.update(("recorder", "link"))
-    with window_of(run) as window:
-        killed, died = time.monotonic(), run.handle
-        run.kill_recorder()
-        took = run.wait(lambda: "recorder" in window.state().get("alarms", ()), step=False)
-        run.outcome.announced = None if took == float("inf") else took
-        if run.wait(lambda: run.handle not in (None, died), 8.0, step=False) == float("inf"):
-            run.outcome.wrong.append("the window does not start the recorder again")
-            run.record()
-        run.wait(window.is_current, step=False)
-        run.outcome.recovered = time.monotonic() - killed
-        run.excuse(killed, time.monotonic())
-        _check_window(run, window)
-
-
-def _check_window(run: Run, window: Window) -> None:
-    time.sleep(0.5)
-    for key in window.state().get("alarms", ()):
-        if key in EQUIPMENT and key not in run.expected:
-            run.outcome.false.append(f"{key}: in the window")
-
-
-FAULTS = {
-    one.__name__: one
-    for one in (
-        control, recorder_killed, recorder_frozen, folder_removed, folder_renamed,
-        folder_read_only, runtime_folder_removed, disk_full, disk_pulled, worker_killed,
-        port_unplugged, port_renamed, garbage, burst, silence, duplicates, clock_back,
-        clock_forward, two_aircraft, second_window, laptop_sleeps, power_lost, window_killed,
-        window_frozen, recorder_killed_under_window,
-    )
-}  # fmt: skip
+FAULTS: dict[str, Callable[[Run], object]] = {
+    "control": control,
+    "recorder_killed": recorder_killed,
+    "recorder_frozen": recorder_frozen,
+    "folder_removed": partial(moved, lose=remove_folder),
+    "folder_renamed": partial(
+        moved, lose=lambda run: run.folder.rename(run.folder.with_name("elsewhere"))
+    ),
+    "folder_read_only": partial(moved, lose=lambda run: run.folder.chmod(0o555)),
+    "runtime_folder_removed": runtime_folder_removed,
+    "disk_full": disk_full,
+    "disk_pulled": disk_pulled,
+    "worker_killed": worker_killed,
+    "port_unplugged": partial(port_unplugged, renamed=False),
+    "port_renamed": partial(port_unplugged, renamed=True),
+    "garbage": partial(deformed, shape=spoil, seconds=(1.0, 3.0), expected=("link", "aircraft")),
+    "burst": partial(deformed, shape=hold, seconds=(0.5, 8.0), expected=("link",)),
+    "silence": silence,
+    "duplicates": partial(deformed, shape=shuffle, seconds=(2.0, 5.0)),
+    "clock_back": partial(clock_set, direction=-1),
+    "clock_forward": partial(clock_set, direction=1),
+    "two_aircraft": two_aircraft,
+    "second_window": second_window,
+    "laptop_sleeps": laptop_sleeps,
+    "power_lost": power_lost,
+    "window_killed": partial(in_window, fault=kill_window),
+    "window_frozen": partial(in_window, fault=freeze_window),
+    "recorder_killed_under_window": partial(in_window, fault=kill_recorder),
+}
 FOR_ROOT = {"folder_read_only", "disk_full", "disk_pulled"}

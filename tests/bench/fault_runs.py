@@ -1,6 +1,8 @@
 """Runs of the fault campaign: what sends, records, follows, and the account of every byte."""
 
+import contextlib
 import json
+import math
 import multiprocessing
 import os
 import random
@@ -16,9 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fastcrc import crc16
-
-from gsapp.decoding.dialect import wire_formats
+from gsapp.decoding.dialect import dialect
 from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.flight.raw_files import RawTail
 from gsapp.session import Session
@@ -30,6 +30,7 @@ FLIGHT = 200.0  # s
 GOAL = 2.0  # s of recovery
 EQUIPMENT = ("link", "recorder", "disk", "clock", "folder", "aircraft", "stranger")
 _TIMEOUT = 15.0
+_FORK = multiprocessing.get_context("fork")
 
 
 @dataclass(slots=True)
@@ -81,13 +82,9 @@ class Sender(threading.Thread):
             time.sleep(max(due - time.monotonic(), 0.0))
             if self.over:
                 break
-            if not self.silent:
-                for data in self.shape(frame):
-                    self.send(data)
-
-    def send(self, data: bytes) -> None:
-        if self.deliver(data):
-            self.delivered.append((time.monotonic(), data))
+            for data in [] if self.silent else self.shape(frame):
+                if self.deliver(data):
+                    self.delivered.append((time.monotonic(), data))
 
     def stop(self) -> None:
         self.over = True
@@ -99,29 +96,17 @@ def udp(port: int) -> Callable[[bytes], bool]:
     line.connect(("127.0.0.1", port))
 
     def deliver(data: bytes) -> bool:
-        try:
-            line.send(data)
-        except ConnectionRefusedError:  # it tells of the one before
-            return False
-        return True
+        with contextlib.suppress(ConnectionRefusedError):  # it tells of the one before
+            return line.send(data) == len(data)
+        return False
 
     return deliver
 
 
 def of_system(frame: bytes, system: int) -> bytes:
-    data = bytearray(frame)
-    body = 10 + data[1]
-    data[5] = system
-    extra = wire_formats()[int.from_bytes(data[7:10], "little")].crc_extra
-    data[body : body + 2] = crc16.mcrf4xx(bytes(data[1:body]) + extra).to_bytes(2, "little")
-    return bytes(data)
-
-
-def _hangs_up(master: int) -> bool:
-    """Return whether no program has the other end of a pseudo-terminal open."""
-    state = select.poll()
-    state.register(master, select.POLLHUP)
-    return bool(state.poll(0))
+    packer = dialect().MAVLink(None, srcSystem=system, srcComponent=frame[6])
+    packer.seq = frame[4]
+    return bytes(dialect().MAVLink(None).decode(bytearray(frame)).pack(packer))
 
 
 class SerialPort:
@@ -146,15 +131,16 @@ class SerialPort:
 
     def deliver(self, data: bytes) -> bool:
         """Write bytes where a program has opened the port; while it opens, they are flushed."""
-        if self._master is None or _hangs_up(self._master):
-            self._opened = time.monotonic()
+        state, master = select.poll(), self._master
+        with contextlib.suppress(OSError, ValueError):  # it was pulled meanwhile
+            state.register(-1 if master is None else master, select.POLLHUP)
+            if state.poll(0):
+                self._opened = time.monotonic()
+            elif time.monotonic() > self._opened + 0.03:
+                return os.write(master, data) == len(data)
             return False
-        if time.monotonic() < self._opened + 0.03:
-            return False
-        try:
-            return self._master is not None and os.write(self._master, data) == len(data)
-        except OSError:
-            return False
+        self._opened = time.monotonic()
+        return False
 
 
 # The ground station
@@ -172,24 +158,25 @@ class Run:
         self.port = find_free_udp_port()
         self.link = f"udpin:127.0.0.1:{self.port}"
         self.flight = flight
-        self.offset = self.choose.uniform(0.0, FLIGHT - 60.0)
-        self.sender = Sender(self.part(), udp(self.port))
+        self.senders: list[Sender] = []
+        self.start_at(self.choose.uniform(0.0, FLIGHT - 60.0))
         self.expected: set[str] = set()
         self.clock_step = 0.0  # s of the computer's clock
         self.asleep = 0.0  # s by which the clock that never goes back did not go on
-        self.session: Session | None = None
-        self.others: list[Session] = []  # further windows
-        self.senders: list[Sender] = [self.sender]
+        self.sessions: list[Session] = []
+        self.windows: list[Window] = []
+        self.cleanup = contextlib.ExitStack()  # when all is counted
         self._own: multiprocessing.Process | None = None
         self._step = multiprocessing.Value("d", 0.0)
 
+    def start_at(self, seconds: float) -> None:
+        """Let the flight be sent from a time on."""
+        self.offset = seconds
+        self.sender = Sender(self.part(), udp(self.port))
+        self.senders[:] = [self.sender]
+
     def part(self) -> list[tuple[float, bytes]]:
         return [one for one in self.flight if one[0] >= self.offset]
-
-    # The ground station
-
-    def prepare(self) -> None:
-        prepare_flight_folder(self.folder, aircraft="b777", channel_map="b777", source=self.link)
 
     def record(self) -> None:
         start_recorder(self.link, self.folder)
@@ -205,28 +192,31 @@ class Run:
             record_link(self.link, self.folder, stop=stop, **options)
             os._exit(0)
 
-        self._own = multiprocessing.get_context("fork").Process(target=work, daemon=True)
+        self._own = _FORK.Process(target=work, daemon=True)
         self._own.start()
 
     def set_clock(self, seconds: float) -> None:
         self._step.value = self.clock_step = seconds
 
-    def follow(self, folder: Path | None = None, **options) -> Session:
+    def follow(self, **options) -> Session:
         return Session.follow(
-            folder or self.folder, channel_map="b777", aircraft="b777",
+            self.folder, channel_map="b777", aircraft="b777",
             clock=lambda: time.monotonic() - self.asleep,
             wall_us=lambda: time.time_ns() // 1000 + round(1e6 * self.clock_step), **options,
         )  # fmt: skip
 
-    def begin(self, **options) -> None:
-        """Record, follow, and fly until the link is well."""
-        self.prepare()
+    def start(self) -> None:
+        """Record, and let the aircraft send."""
+        prepare_flight_folder(self.folder, aircraft="b777", channel_map="b777", source=self.link)
         if self._own is None:
             self.record()
-        else:
-            self.wait(lambda: find_recorder(self.folder), step=False)
-        self.session = self.follow(**options)
+        self.wait(self.is_recording, step=False)
         self.sender.start()
+
+    def begin(self, **options) -> None:
+        """Record, follow, and fly until the link is well."""
+        self.start()
+        self.sessions = [self.follow(**options)]
         self.wait(lambda: self.session.snapshot().link.state == "ok")
         self.fly(self.choose.uniform(0.2, 2.0))
 
@@ -234,37 +224,45 @@ class Run:
     def handle(self):
         return find_recorder(self.folder)
 
-    def kill_recorder(self, number: int = signal.SIGKILL) -> None:
-        os.kill(self.handle.pid, number)
+    def is_recording(self) -> bool:
+        status = None if self.handle is None else self.handle.status()
+        return status is not None and status.state == "recording"
+
+    @property
+    def session(self) -> Session:
+        return self.sessions[0]
+
+    def signal_recorder(self, number: int) -> int:
+        pid = self.handle.pid
+        os.kill(pid, number)
+        return pid
 
     def step(self) -> None:
-        for session in (self.session, *self.others):
-            if session is not None:
-                session.update()
-                self.note(session)
+        for session in self.sessions:
+            session.update()
+            for alarm in session.alarm_registry.current_alarms:
+                is_false = alarm.key in EQUIPMENT or alarm.key.endswith(":silent")
+                known = self.outcome.false if is_false else self.outcome.other
+                is_known = any(one.startswith(f"{alarm.key}:") for one in known)
+                if alarm.key not in self.expected and not is_known:
+                    known.append(f"{alarm.key}: {alarm.message}")
         time.sleep(0.003)
 
-    def note(self, session: Session) -> None:
-        for alarm in session.alarm_registry.current_alarms:
-            is_false = alarm.key in EQUIPMENT or alarm.key.endswith(":silent")
-            known = self.outcome.false if is_false else self.outcome.other
-            text = f"{alarm.key}: {alarm.message}"
-            if alarm.key not in self.expected and not any(
-                one.startswith(f"{alarm.key}:") for one in known
-            ):
-                known.append(text)
-
     def fly(self, seconds: float) -> None:
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.step()
+        self.wait(lambda: False, seconds)
 
-    def wait(self, condition: Callable, seconds: float = _TIMEOUT, *, step: bool = True) -> float:
-        """Go on until a condition holds; return after how many seconds, inf if it never did."""
+    def wait(
+        self, condition: Callable, seconds: float = _TIMEOUT, *, step: bool = True, wrong: str = ""
+    ) -> float | None:
+        """Go on until a condition holds; return after how many seconds.
+
+        None if it never did; that is noted as `wrong`, if given.
+        """
         begin = time.monotonic()
         while not condition():
             if time.monotonic() > begin + seconds:
-                return float("inf")
+                self.outcome.wrong += [wrong] if wrong else []
+                return None
             if step:
                 self.step()
             else:
@@ -278,32 +276,27 @@ class Run:
         return any((found := registry.get(key)) is not None and found.active for key in keys)
 
     def is_announced(self, *keys: str) -> bool:
+        """Return whether there was one of these alarms, be it over again."""
         return any(self.session.alarm_registry.get(key) is not None for key in keys)
 
-    def announce(self, *keys: str, within: float = _TIMEOUT) -> None:
-        """Wait for one of these alarms, be it over again."""
+    def announce(self, *keys: str) -> None:
         self.expected.update(keys)
-        took = self.wait(lambda: self.is_announced(*keys), within)
-        self.outcome.announced = None if took == float("inf") else took
+        self.outcome.announced = self.wait(lambda: self.is_announced(*keys))
 
     def is_current(self, session: Session | None = None) -> bool:
         """Return whether the newest sample that was sent is nearly there, and nothing is behind."""
         found = session or self.session
-        decoder = found.decoder
-        stamp = None if decoder is None else decoder.data_stamp
-        now = time.time_ns() // 1000 + round(1e6 * self.clock_step)
+        stamp = None if found.decoder is None else found.decoder.data_stamp
         if stamp is None or found.equipment is None or not found.feed.is_up_to_date:
             return False
-        ahead = found.equipment.host_us() - now
-        return abs(now + ahead - stamp) < 0.15e6
+        return abs(found.equipment.host_us() - stamp) < 0.15e6
 
-    def recover(self, condition: Callable[[], bool] | None = None) -> None:
+    def recover(self, condition: Callable[[], bool] = lambda: True) -> None:
         """Wait until samples are current again, then until its alarms have ended."""
-        took = self.wait(lambda: (condition is None or condition()) and self.is_current())
-        if took == float("inf"):
-            self.outcome.wrong.append("never recovered")
-        self.outcome.recovered = took
-        if self.wait(lambda: not self.alarm("link", "recorder", "disk"), 12.0) == float("inf"):
+        self.outcome.recovered = self.wait(
+            lambda: condition() and self.is_current(), wrong="never recovered"
+        )
+        if self.wait(lambda: not self.alarm("link", "recorder", "disk"), 12.0) is None:
             self.outcome.false += [
                 f"does not end: {one.key}: {one.message}"
                 for one in self.session.alarm_registry.current_alarms
@@ -314,35 +307,34 @@ class Run:
     # The account
 
     def finish(self) -> None:
-        for sender in self.senders:
-            sender.stop()
+        """End the flight, and compare the record with what was delivered."""
+        for one in (*self.windows, *self.senders):
+            one.stop()
         time.sleep(0.1)
         handle = self.handle
-        self.record_folder = self.folder if handle is None else handle.folder
+        folder = self.folder if handle is None else handle.folder
         if handle is not None and not handle.stop():
             self.outcome.wrong.append("the recorder does not stop")
         if self._own is not None:
             self._own.join(5.0)
-        for session in (self.session, *self.others):
-            if session is not None:
-                session.close()
-
-    def count(self) -> None:
-        """Compare the record with what was delivered."""
-        sent = [item for sender in self.senders for item in sender.delivered]
-        self.outcome.sent += sum(len(data) for _, data in sent)
-        kept = [record.data for record in RawTail(self.record_folder).poll()]
-        if len(self.senders) == 1 and b"".join(kept) == b"".join(data for _, data in sent):
+        for session in self.sessions:
+            session.close()
+        sent = [data for sender in self.senders for _, data in sender.delivered]
+        self.outcome.sent += sum(map(len, sent))
+        kept = [record.data for record in RawTail(folder).poll()]
+        whole = b"".join(kept)
+        if len(self.senders) == 1 and whole == b"".join(sent):
             return
         there = Counter(kept)
-        for _, data in sent:
+        for data in sent:
             if there[data]:
                 there[data] -= 1
-            elif data not in b"".join(kept):
+            elif data not in whole:
                 self.outcome.lost += len(data)
 
-    def excuse(self, begin: float, end: float) -> None:
+    def excuse(self, begin: float, end: float = math.inf) -> None:
         """Take out of the account what was sent while nothing could receive it."""
+        end = min(end, time.monotonic())
         kept = Counter(record.data for record in RawTail(self.handle.folder).poll())
         for sender in self.senders:
             for at, data in [one for one in sender.delivered if begin <= one[0] < end]:
@@ -351,16 +343,15 @@ class Run:
                     self.outcome.missed += len(data)
 
 
-# The window
-
-
 class Window:
     """The real window off screen, in a process of its own that tells a file how it fares."""
 
     def __init__(self, run: Run) -> None:
-        self.told = run.scratch / f"told-{time.monotonic_ns()}.json"
+        run.windows.append(self)
+        self._run = run
+        self._told = run.scratch / f"told-{time.monotonic_ns()}.json"
         self.process = subprocess.Popen(
-            [sys.executable, __file__, run.scratch / "settings", run.folder, self.told],
+            [sys.executable, __file__, run.scratch / "settings", run.folder, self._told],
             env={
                 **os.environ, "QT_QPA_PLATFORM": "offscreen",
                 "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
@@ -368,58 +359,40 @@ class Window:
             stderr=(run.scratch / "window.log").open("ab"),
         )  # fmt: skip
 
-    def state(self) -> dict:
-        try:
-            return json.loads(self.told.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return {}
+    def wait(self, seconds: float = _TIMEOUT) -> float | None:
+        """Wait until it shows the newest samples."""
+        return self._run.wait(
+            self._is_current, seconds, step=False, wrong="the window does not show the flight"
+        )
 
-    def is_current(self) -> bool:
-        found = self.state()
+    @property
+    def alarms(self) -> list[str]:
+        return self._state().get("alarms", [])
+
+    def _state(self) -> dict:
+        with contextlib.suppress(OSError, ValueError):
+            return json.loads(self._told.read_text(encoding="utf-8"))
+        return {}
+
+    def _is_current(self) -> bool:
+        found = self._state()
         return bool(found) and found["current"] and time.monotonic() - found["at"] < 0.3
 
     def stop(self) -> None:
-        self.process.send_signal(signal.SIGCONT)
         self.process.kill()
         self.process.wait()
 
 
-def show_window(settings: Path, folder: Path, told: Path) -> None:
-    from PySide6.QtCore import QTimer
-
-    from gsapp.foundation import write_atomically
-    from ui.app import create_application
-    from ui.error_reporter import ErrorReporter
-    from ui.main_window import MainWindow
-    from ui.settings import SettingsStore
-
-    application = create_application()
-    store = SettingsStore(settings / "window.toml")
-    store.change(muted=True)
-    window = MainWindow(store, ErrorReporter(), offer_recorders=False)
-    window.resize(1280, 800)
-    window.show()
-    window.flight_controller.flight_opener.open_flight(folder)
-
-    def tell() -> None:
-        session = window.flight_controller.session
-        stamp = None if session is None or session.decoder is None else session.decoder.data_stamp
-        if stamp is None:
-            return
-        state = {
-            "at": time.monotonic(),
-            "current": session.feed.is_up_to_date and time.time() - stamp / 1e6 < 0.15,
-            "alarms": [one.key for one in session.alarm_registry.current_alarms if one.active],
-            "folder": str(session.path),
-            "recorder": session.snapshot().recorder.state,
-        }
-        write_atomically(told, json.dumps(state))
-
-    timer = QTimer()
-    timer.timeout.connect(tell)
-    timer.start(50)
-    application.exec()
+def describe(window) -> dict[str, object]:
+    session = window.flight_controller.session
+    stamp = None if session is None or session.decoder is None else session.decoder.data_stamp
+    return {} if stamp is None else {
+        "current": session.feed.is_up_to_date and time.time() - stamp / 1e6 < 0.15,
+        "alarms": [one.key for one in session.alarm_registry.current_alarms if one.active],
+    }  # fmt: skip
 
 
 if __name__ == "__main__":
-    show_window(*map(Path, sys.argv[1:4]))
+    from tests.ui.watched_window import show_window
+
+    show_window(*map(Path, sys.argv[1:]), describe, 50)

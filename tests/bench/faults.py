@@ -25,6 +25,7 @@ pulls one out and makes folders read-only.
 import contextlib
 import ctypes
 import json
+import multiprocessing
 import os
 import signal
 import sys
@@ -49,19 +50,18 @@ def conduct(fault: str, seed: int, flight: list[tuple[float, bytes]]) -> Outcome
         run = Run(outcome, flight, Path(scratch))
         try:
             FAULTS[fault](run)
-            if fault == "power_lost":
-                return outcome
             if not outcome.sent:
                 run.finish()
-                run.count()
         except Exception:
             outcome.wrong.append(traceback.format_exc())
         finally:
-            handle = run.handle
-            if handle is not None:
+            for window in run.windows:
+                window.stop()
+            if handle := run.handle:
                 with contextlib.suppress(OSError):
                     os.kill(handle.pid, signal.SIGCONT)
                 handle.stop()
+            run.cleanup.close()
             for folder in Path(scratch).glob("field/*"):
                 folder.chmod(0o755)  # one was read-only
     return outcome
@@ -69,25 +69,21 @@ def conduct(fault: str, seed: int, flight: list[tuple[float, bytes]]) -> Outcome
 
 def in_fork(fault: str, seed: int, flight: list[tuple[float, bytes]]) -> Outcome:
     """Conduct a run in a fork of this process: nothing of one is left for the next."""
-    reading, writing = os.pipe()
-    pid = os.fork()
-    if not pid:
-        code = 1
-        try:
-            os.close(reading)
-            text = json.dumps(asdict(conduct(fault, seed, flight)))
-            with os.fdopen(writing, "w") as out:
-                out.write(text)
-            code = 0
-        finally:
-            os._exit(code)
-    os.close(writing)
-    with os.fdopen(reading) as answer:
-        text = answer.read()
-    os.waitpid(pid, 0)
-    if not text:
+    reading, writing = multiprocessing.Pipe(duplex=False)
+
+    def work() -> None:
+        writing.send(conduct(fault, seed, flight))
+        os._exit(0)
+
+    process = multiprocessing.get_context("fork").Process(target=work)
+    process.start()
+    writing.close()
+    try:
+        return reading.recv()
+    except EOFError:
         return Outcome(fault, seed, wrong=["the run ended early"])
-    return Outcome(**json.loads(text))
+    finally:
+        process.join()
 
 
 def tell(outcomes: list[Outcome]) -> None:
@@ -99,8 +95,8 @@ def tell(outcomes: list[Outcome]) -> None:
         of = [one for one in outcomes if fault in (one.fault, "all")]
         if not of:
             continue
-        alarm = [one.announced for one in of if one.announced is not None] or [float("nan")]
-        back = [one.recovered for one in of if one.recovered is not None] or [float("nan")]
+        alarm = [one.announced for one in of if one.announced is not None] or [np.nan]
+        back = [one.recovered for one in of if one.recovered is not None] or [np.nan]
         print(
             f"    {fault:30}{len(of):5}{sum(one.good for one in of):5}"
             f"{sum(one.sent for one in of) / 1e6:6.1f}{sum(one.lost for one in of):8}"

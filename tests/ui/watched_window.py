@@ -6,6 +6,7 @@ Arguments: folder of the settings, flight folder, file to write.
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -34,36 +35,46 @@ def alpha_columns(window: MainWindow) -> list[list[float]]:
     return [[charts.view.time(x), int(one)] for x, one in enumerate(seen)]
 
 
-def main() -> None:
-    """Show the flight until told to end."""
-    settings, flight, told = map(Path, sys.argv[1:])
+def show_window(
+    settings: Path,
+    flight: Path,
+    told: Path,
+    describe: Callable[[MainWindow], dict[str, object]],
+    milliseconds: int = 200,
+    **changes: object,
+) -> None:
+    """Show a flight until killed, and write what a function tells of the window to a file."""
     application = create_application()
     store = SettingsStore(settings / "window.toml")
-    store.change(muted=True, side_panel=False)
+    store.change(muted=True, **changes)
     window = MainWindow(store, ErrorReporter(), offer_recorders=False)
     window.resize(1280, 800)
     window.show()
     window.flight_controller.flight_opener.open_flight(flight)
 
     def tell() -> None:
-        history = window.flight_controller.history
-        if history is None or history.end is None or "alpha" not in history.channels:
-            return
-        block = history.block(("alpha",), 0.0, history.end)
-        known = ~np.isnan(block["alpha"])
-        state = {
-            "at": time.monotonic(),
-            "alarms": [one.key for one in window.flight_controller.unacknowledged_alarms()],
-            "settled": window.flight_controller.is_up_to_date,
-            "times": block.times[known].tolist(),
-            "columns": alpha_columns(window),
-        }
-        write_atomically(told, json.dumps(state))
+        if found := describe(window):
+            write_atomically(told, json.dumps({"at": time.monotonic(), **found}))
 
     timer = QTimer()
     timer.timeout.connect(tell)
-    timer.start(200)
+    timer.start(milliseconds)
     application.exec()
 
 
-main()
+def describe(window: MainWindow) -> dict[str, object]:
+    history = window.flight_controller.history
+    if history is None or history.end is None or "alpha" not in history.channels:
+        return {}
+    block = history.block(("alpha",), 0.0, history.end)
+    known = ~np.isnan(block["alpha"])
+    return {
+        "alarms": [one.key for one in window.flight_controller.unacknowledged_alarms()],
+        "settled": window.flight_controller.is_up_to_date,
+        "times": block.times[known].tolist(),
+        "columns": alpha_columns(window),
+    }
+
+
+if __name__ == "__main__":
+    show_window(*map(Path, sys.argv[1:]), describe, side_panel=False)
