@@ -34,8 +34,11 @@ MATPLOTLIB_STYLE = (
         "axes.titlesize": 8.5,
         "axes.labelsize": 8.0,
         "axes.linewidth": 0.6,
+        "axes.axisbelow": True,
         "xtick.labelsize": 7.0,
         "ytick.labelsize": 7.0,
+        "xtick.major.size": 2.0,
+        "ytick.major.size": 2.0,
         "legend.fontsize": 7.5,
         "legend.frameon": False,
         "lines.linewidth": 0.9,
@@ -173,6 +176,8 @@ def figure_style(palette: Palette = PRINT_PALETTE) -> Iterator[None]:
         "lines.linewidth": 0.9 * palette.line_scale,
         "xtick.color": palette.ink,
         "ytick.color": palette.ink,
+        "grid.color": palette.faint,
+        "grid.linewidth": 0.4 * palette.line_scale,
     }
     with _DRAWING, style.context([*MATPLOTLIB_STYLE, colors]):
         yield

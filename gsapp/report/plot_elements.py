@@ -92,14 +92,12 @@ def point_names(line: Line2D) -> tuple[str, ...]:
 
 
 def format_axes(chart: Axes, palette: Palette) -> None:
-    """Give a chart a faint grid, few numbers and no box."""
-    chart.set_axisbelow(True)
-    chart.grid(True, color=palette.faint, linewidth=0.4 * palette.line_scale)
+    """Give a chart a grid, few numbers and no box, in a `figure_style`."""
+    chart.grid(True)
     if chart.get_yscale() == "linear":
         chart.yaxis.set_major_locator(MaxNLocator(nbins=4, min_n_ticks=2))
     if chart.get_xscale() == "linear":
         chart.xaxis.set_major_locator(MaxNLocator(nbins=5))
-    chart.tick_params(colors=palette.ink, length=2)
     for side in ("top", "right"):
         chart.spines[side].set_visible(False)
     for side in ("left", "bottom"):
