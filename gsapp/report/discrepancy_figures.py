@@ -342,7 +342,7 @@ def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> Docum
         chart.axvline(0.0, color=INK, linewidth=0.6)
         for place, one in zip(places, best, strict=True):
             chart.annotate(
-                f"{probability_text(one.evidence)}, left out {gain_text(one.held_out)}",
+                f"{probability_text(one.evidence)}, held out {gain_text(one.held_out)}",
                 (1.02, place),
                 xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
                 annotation_clip=False,

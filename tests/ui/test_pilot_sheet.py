@@ -85,10 +85,10 @@ def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
 def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
     (gauge,) = sheet("fly").gauges
     assert (gauge.title, gauge.number, gauge.unit) == ("SPEED", "97", "ft/s")
-    assert gauge.target_text == "want 100 ± 5"
+    assert gauge.target_text == "target 100 ± 5"
     assert gauge.low < gauge.marker < 0.5 < gauge.high
     (metric,) = sheet("fly", units="SI").gauges
-    assert (metric.number, metric.unit, metric.target_text) == ("30", "m/s", "want 30 ± 2")
+    assert (metric.number, metric.unit, metric.target_text) == ("30", "m/s", "target 30 ± 2")
 
 
 def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
@@ -101,7 +101,7 @@ def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
 def test_a_missing_value_is_a_dash_without_a_marker() -> None:
     (gauge,) = sheet("blind").gauges
     assert (gauge.number, gauge.marker) == ("–", None)
-    assert gauge.target_text == "want 100 ± 5"
+    assert gauge.target_text == "target 100 ± 5"
 
 
 def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
@@ -140,7 +140,7 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     aileron, rudder = sheet("too-small", target_input=WANTED).gauges
     assert aileron.low < aileron.marker < aileron.high
     assert rudder.marker < rudder.low
-    assert rudder.target_text == "want 7–14"
+    assert rudder.target_text == "target 7–14"
     assert sheet("too-small", dismissed_verdict_id=VERDICT.id).status_text == "FLY"
     old = replace(STATES["too-small"], time=VERDICT.given_at + CUES.verdict_display_time + 0.1)
     assert display(old).status_text == "FLY"

@@ -69,7 +69,7 @@ def _target_gauge(
         title=tr("SPEED") if spec.id == "V" else tr("ALPHA"),
         number=coarse_number_text(spec, value, units, decimals),
         unit=display_unit_text(spec, units),
-        target_text=tr("want {wanted} ± {tolerance}").format(
+        target_text=tr("target {wanted} ± {tolerance}").format(
             wanted=coarse_number_text(spec, wanted, units, decimals),
             tolerance=coarse_number_text(spec, tolerance, units, decimals),
         ),
@@ -103,7 +103,7 @@ def _amplitude_gauge(
         title=title,
         number=number,
         unit=display_unit_text(spec, units),
-        target_text=tr("want {low}–{high}").format(
+        target_text=tr("target {low}–{high}").format(
             low=coarse_number_text(spec, band.low, units, 0),
             high=coarse_number_text(spec, band.high, units, 0),
         ),
