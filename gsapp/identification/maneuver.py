@@ -42,7 +42,7 @@ from gsapp.identification.record_preparation import (
     reconstruct_deflections,
     unmodeled_servos,
 )
-from gsapp.quantities import Block, BoolArray, FloatArray
+from gsapp.quantities import INSTRUMENTS, Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
 
@@ -230,8 +230,9 @@ def cut_maneuver(
         lambda name: block[name] if name in block else np.empty(0), aircraft
     )
     gone = {name for names in dead.values() for name in names}
-    if gone:
-        block = block.select([name for name in block.channels if name not in gone])
+    # A flight keeps its maneuvers in memory: no estimate reads volts.
+    left_out = gone | {f"{name}_volts" for name in INSTRUMENTS}
+    block = block.select([name for name in block.channels if name not in left_out])
     return Maneuver(
         id=id,
         flight=flight.name,
