@@ -80,7 +80,7 @@ def fly(case: Case) -> Flight:
     steps: list[LiveSearchResult] = []
     for count in range(FIRST, len(maneuvers) + 1, EVERY):
         step = run_search_request(LiveSearchRequest(maneuvers=tuple(maneuvers[:count])))
-        steps.append(confirm_names(steps[-1] if steps else None, step))
+        steps.append(confirm_names(steps, step))
     return Flight(case=case, steps=tuple(steps), cpu=time.process_time() - started)
 
 

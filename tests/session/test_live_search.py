@@ -28,12 +28,12 @@ def flown(count: int, flight: str = "live") -> list[Maneuver]:
 def test_evidence_grows_with_the_maneuvers_until_the_effect_is_named() -> None:
     """Too few maneuvers are said to be that; then what is hidden is the likeliest, and named."""
     search = LiveSearch(InlineFitWorker(run_search_request))
-    whole = flown(6)
-    for count in (1, 4, 5, 6):
+    whole = flown(10)
+    for count in (1, 4, 6, 7, 10):
         search.update(whole[:count])
         search.update(whole[:count])
-    few, some, _, all_ = search.steps
-    assert [one.maneuvers for one in search.steps] == [1, 4, 5, 6]
+    few, some, _, _, all_ = search.steps
+    assert [one.maneuvers for one in search.steps] == [1, 4, 6, 7, 10]
     assert not few.verdict
     assert few.why
     assert not few.evidence
@@ -42,7 +42,7 @@ def test_evidence_grows_with_the_maneuvers_until_the_effect_is_named() -> None:
     assert some.evidence.get(HIDDEN, 0.0) <= all_.evidence[HIDDEN]
     assert all(0.0 <= share <= 1.0 for one in search.steps for share in one.evidence.values())
     assert all_.time == whole[-1].block.times[-1]
-    assert [one["maneuvers"] for one in search.to_json()] == [1, 4, 5, 6]
+    assert [one["maneuvers"] for one in search.to_json()] == [1, 4, 6, 7, 10]
     search.close()
 
 
@@ -90,17 +90,19 @@ def test_one_search_runs_at_a_time_and_the_next_takes_all_that_came() -> None:
     assert not search.steps
 
 
-def test_an_effect_is_named_when_two_searches_in_a_row_name_it() -> None:
+def test_an_effect_is_named_when_searches_over_three_further_maneuvers_name_it() -> None:
+    """One that leaves it out begins the count anew; a name that was confirmed stays one."""
     worker = Held()
     search = LiveSearch(worker)
-    names = [("a",), (), ("a",), ("a", "b"), ("b",)]
+    names = [("a",), ("a",), (), ("a",), ("a", "b"), ("a",), ("a", "b"), ("a", "b")]
     whole = flown(len(names))
     for count, named in enumerate(names, start=1):
         search.update(whole[:count])
         worker.running[-1].set_result(replace(_step(count), named=named))
     search.update(whole)
-    assert [one.named for one in search.steps] == [(), (), (), ("a",), ("b",)]
-    assert [one.unconfirmed for one in search.steps] == [("a",), (), ("a",), ("b",), ()]
+    assert [one.named for one in search.steps] == [(), (), (), (), (), (), ("a",), ("a",)]
+    unconfirmed = [("a",), ("a",), (), ("a",), ("a", "b"), ("a",), ("b",), ("b",)]
+    assert [one.unconfirmed for one in search.steps] == unconfirmed
 
 
 def test_a_search_runs_in_a_process_of_its_own() -> None:

@@ -38,7 +38,7 @@ def search_status_text(search: LiveSearch, units: str) -> str:
         parts.append(f"{searched}: {typeset(last.why)}")
         if last.unconfirmed:
             parts.append(
-                tr("Not yet confirmed by a second search: {names}").format(
+                tr("Not yet confirmed by further maneuvers: {names}").format(
                     names=", ".join(last.unconfirmed)
                 )
             )

@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import GroundStationError
+from gsapp.session.monitor_settings import MONITORS
 
 if TYPE_CHECKING:
     # The window starts without what estimates.
@@ -35,9 +36,9 @@ class LiveSearchResult:
     evidence: Mapping[str, float]
     """Probability of each effect by its id, largest first: named ones, then what may be next."""
     named: tuple[str, ...] = ()
-    """By this search and the one before."""
+    """Also by the searches over the maneuvers before; see `confirm_names`."""
     unconfirmed: tuple[str, ...] = ()
-    """Named by this search alone."""
+    """Named by this search, not yet by those before."""
     experiment: DecidingExperiment | None = None
     """What to fly next, where effects cannot be told apart or do not show."""
 
@@ -90,17 +91,25 @@ def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchRe
     )
 
 
-def confirm_names(before: LiveSearchResult | None, step: LiveSearchResult) -> LiveSearchResult:
-    """Name in a step only what the search before named, too.
+def confirm_names(steps: Sequence[LiveSearchResult], step: LiveSearchResult) -> LiveSearchResult:
+    """Name in a step what all searches over the last maneuvers named, those of `steps` before it.
 
     A flight is searched after each maneuver, and each search is one more chance of a false name.
     """
-    known = () if before is None else (*before.named, *before.unconfirmed)
-    return replace(
-        step,
-        named=tuple(name for name in step.named if name in known),
-        unconfirmed=tuple(name for name in step.named if name not in known),
-    )
+
+    def is_confirmed(name: str) -> bool:
+        for one in reversed(steps):
+            if name in one.named:
+                return True
+            if name not in one.unconfirmed:
+                return False
+            if step.maneuvers - one.maneuvers >= MONITORS.search_confirmation:
+                return True
+        return False
+
+    named = tuple(name for name in step.named if is_confirmed(name))
+    unconfirmed = tuple(name for name in step.named if name not in named)
+    return replace(step, named=named, unconfirmed=unconfirmed)
 
 
 def _probability_of_any(scores: Sequence[float]) -> float:
@@ -144,8 +153,7 @@ class LiveSearch:
             error = running.exception()
             self.error_text = "" if error is None else str(error) or type(error).__name__
             if error is None:
-                before = self.steps[-1] if self.steps else None
-                self.steps = (*self.steps, confirm_names(before, running.result()))
+                self.steps = (*self.steps, confirm_names(self.steps, running.result()))
         if self._running is None and self.enabled and len(maneuvers) > self._searched:
             self._searched = len(maneuvers)
             try:
