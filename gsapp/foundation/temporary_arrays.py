@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import math
 import mmap
 import os
 import tempfile
@@ -17,8 +16,8 @@ import platformdirs
 
 MIN_FILE_SIZE = 2**20
 """Bytes below which an array stays in memory."""
-# What a file system answers that cannot set room aside; writing does it everywhere.
-_NOT_OFFERED = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
+# Errors of file systems that cannot reserve space; writing reserves it on all.
+_CANNOT_RESERVE = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
 
 
 def temporary_folder() -> Path | None:
@@ -47,7 +46,9 @@ def open_temporary_file() -> IO[bytes]:
 
 
 def extend_file(file: IO[bytes], size: int) -> None:
-    """Take real disk blocks: a map over a hole kills the process when the disk is full.
+    """Extend a file to a size (bytes) and reserve its blocks on the disk.
+
+    A write into a map of blocks that are not reserved kills the process when the disk is full.
 
     Raises
     ------
@@ -59,7 +60,7 @@ def extend_file(file: IO[bytes], size: int) -> None:
         try:
             os.posix_fallocate(file.fileno(), held, size - held)
         except OSError as error:
-            if error.errno not in _NOT_OFFERED:
+            if error.errno not in _CANNOT_RESERVE:
                 raise
         else:
             return
@@ -69,12 +70,12 @@ def extend_file(file: IO[bytes], size: int) -> None:
         remaining -= file.write(bytes(min(remaining, 2**20))) or 0
 
 
-def create_array(count: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
-    """Return an array of `count` items, shape (count,), in a temporary file where it is large.
+def create_temporary_array(count: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """Return an array of `count` items, shape (count,), in a temporary file if it is large.
 
-    Its content is undefined. It lies in memory where it is small or no file can be had.
+    Its content is undefined. It lies in memory if it is small or no file can be created.
     """
-    size = math.prod((count, np.dtype(dtype).itemsize))
+    size = count * np.dtype(dtype).itemsize
     if size >= MIN_FILE_SIZE:
         with contextlib.suppress(OSError, ValueError), open_temporary_file() as file:
             extend_file(file, size)

@@ -63,7 +63,7 @@ def draw_certificate(container: FigureBase, standing: CertificateStatus) -> None
     _draw_curve(left, standing)
     _draw_residuals(right, standing)
     for axes in (left, right):
-        axes.grid(True, color=PRINT_PALETTE.faint, linewidth=0.4)
+        axes.grid(True)
         axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
         axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
         signal = find_signal(standing.certificate.signal_unit)

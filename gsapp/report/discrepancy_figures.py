@@ -522,7 +522,6 @@ def _plain_axes(chart: Axes) -> None:
         chart.spines[side].set_color(FAINT)
     chart.tick_params(colors=INK, length=2.5, width=0.5)
     chart.grid(True, axis="y", color=FAINT, linewidth=0.35)
-    chart.set_axisbelow(True)
 
 
 def _legend_above(container: FigureBase, *charts: Axes) -> None:

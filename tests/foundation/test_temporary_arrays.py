@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import temporary_arrays
-from gsapp.foundation.temporary_arrays import MIN_FILE_SIZE, create_array
+from gsapp.foundation.temporary_arrays import MIN_FILE_SIZE, create_temporary_array
 from gsapp.identification.ftr.estimates import EstimateLog, EstimateSnapshot
 
 ROW = np.dtype([("time", np.float64), ("value", np.float32, (3,))], align=True)
@@ -26,8 +26,8 @@ def file_backed(array: np.ndarray) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="the system tells no maps")
 def test_only_large_arrays_lie_in_a_file() -> None:
-    assert not file_backed(create_array(8, ROW))
-    large = create_array(LARGE, ROW)
+    assert not file_backed(create_temporary_array(8, ROW))
+    large = create_temporary_array(LARGE, ROW)
     large["value"][-1] = (1.0, 2.0, 3.0)
     assert file_backed(large)
     assert large.shape == (LARGE,)
@@ -39,7 +39,7 @@ def test_a_full_disk_leaves_memory(monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(temporary_arrays, "extend_file", full)
-    large = create_array(LARGE, ROW)
+    large = create_temporary_array(LARGE, ROW)
     large["time"] = np.arange(LARGE)
     assert large["time"][-1] == LARGE - 1
 

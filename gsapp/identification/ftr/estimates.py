@@ -23,7 +23,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.foundation.temporary_arrays import create_array
+from gsapp.foundation.temporary_arrays import create_temporary_array
 from gsapp.identification.axes import derivatives_of
 from gsapp.identification.ftr.settings import FTR_ALGORITHM, FTRSettings
 from gsapp.identification.ftr.solution import FTRSolution
@@ -229,7 +229,7 @@ class EstimateLog:
     def clear(self) -> None:
         """Forget everything."""
         self._count = 0
-        self._table = create_array(256, self._row)
+        self._table = create_temporary_array(256, self._row)
 
     def append(self, times: FloatArray, moment: EstimateSnapshot) -> None:
         """Add moments; those at or before the last one take its place."""
@@ -237,7 +237,7 @@ class EstimateLog:
         need = index + times.size
         if need > self._table.size:
             old = self._table
-            self._table = create_array(2 * need, self._row)
+            self._table = create_temporary_array(2 * need, self._row)
             self._table[:index] = old[:index]
         self._table["times"][index:need] = times
         for one in fields(EstimateSnapshot):
@@ -288,7 +288,7 @@ class EstimateLog:
 
     def restore(self, state: Mapping[str, npt.NDArray[np.generic]]) -> None:
         self._count = len(state["times"])
-        self._table = create_array(max(256, 2 * self._count), self._row)
+        self._table = create_temporary_array(max(256, 2 * self._count), self._row)
         for name in self._row.names or ():
             self._table[name][: self._count] = state[name]
 
