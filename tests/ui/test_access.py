@@ -134,10 +134,16 @@ class WholeWalk(Walk):
         evidence = window.view.estimates.search
         steps = [LiveSearchResult(time=40.0, maneuvers=4, verdict="ambiguous", evidence={"x": 0.5},
                                   experiment=make_open(make_discrepancy()).experiment)]  # fmt: skip
-        evidence.setVisible(True)
-        evidence.show_search(steps, "4 maneuvers", enabled=True)
-        assert evidence.cards_button.isVisible()
-        self.record("Flight, live search")
+        show = window.view.show_state
+        with self.patch.context() as patch:  # Each tick shows the state of the flight again.
+            patch.setattr(
+                window.view, "show_state",
+                lambda state: show(replace(state, has_search=True, search_enabled=True,
+                                           search_steps=steps, search_state="4 maneuvers")),
+            )  # fmt: skip
+            until(self.qtbot, evidence.cards_button.isVisible)
+            self.qtbot.wait(200)  # The page grows.
+            self.record("Flight, live search")
         self.act("place_gap")
         window.gap_page._show_result_view()
         self.act("gap_find")
