@@ -21,7 +21,8 @@ from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
 from gsapp.session import UNLIMITED_SPEED
 from gsapp.session.live_estimation.estimate_table import EstimateRow, FittedPoint
-from gsapp.session.live_estimation.live_search import LiveSearchResult
+from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
+from gsapp.session.live_estimation.live_search import LiveSearch, LiveSearchResult
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.ui.window_kit import KILL, pixels, until
 from ui.display_style import DisplayStyle
@@ -32,7 +33,7 @@ from ui.flight.estimates_panel import (
     describe_value,
     fit_status_text,
 )
-from ui.flight.evidence_panel import EvidencePanel, evidence_curves
+from ui.flight.evidence_panel import EvidencePanel, evidence_curves, search_status_text
 from ui.main_window import MainWindow
 
 TIMES = np.arange(0.0, 100.0, 0.1)
@@ -161,6 +162,23 @@ def test_the_search_shows_evidence_and_is_switched_by_mouse_and_key(qtbot: QtBot
     assert first.y.tolist() == [40.0, 90.0]
     panel.show_search((few, one, two), "", enabled=False)
     assert not panel.plot.isVisible()
+
+
+def test_names_that_are_not_confirmed_are_shown_by_title() -> None:
+    search = LiveSearch(ProcessFitWorker())
+    title = "Pitching moment varies with the square of angle of attack"
+    search.steps = (
+        LiveSearchResult(
+            time=60.0, maneuvers=7, verdict="effects-found", why="found", evidence={},
+            unconfirmed=("aero.Cm.alpha2", "aero.CN.alpha2"), titles={"aero.Cm.alpha2": title},
+        ),
+    )  # fmt: skip
+    last = search_status_text(search, "US").splitlines()[-1]
+    assert title in last
+    assert "aero.CN.alpha2" in last
+    assert "aero.Cm.alpha2" not in last
+    search.enabled = False
+    assert not search_status_text(search, "US")
 
 
 def test_the_experiment_that_decides_becomes_the_first_test_card(window: MainWindow) -> None:

@@ -38,8 +38,8 @@ def search_status_text(search: LiveSearch, units: str) -> str:
         parts.append(f"{searched}: {typeset(last.why)}")
         if last.unconfirmed:
             parts.append(
-                tr("Not yet confirmed by further maneuvers: {names}").format(
-                    names=", ".join(last.unconfirmed)
+                tr("Not yet confirmed by further maneuvers: {effects}").format(
+                    effects="; ".join(last.titles.get(one, one) for one in last.unconfirmed)
                 )
             )
         if last.experiment is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import GroundStationError
@@ -39,6 +39,8 @@ class LiveSearchResult:
     """Also by the searches over the maneuvers before; see `confirm_names`."""
     unconfirmed: tuple[str, ...] = ()
     """Named by this search, not yet by those before."""
+    titles: Mapping[str, str] = field(default_factory=dict)
+    """Of the effects that this search named, by their ids."""
     experiment: DecidingExperiment | None = None
     """What to fly next, where effects cannot be told apart or do not show."""
 
@@ -81,12 +83,14 @@ def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchRe
     for candidate in ranking:
         if candidate.effect not in evidence:
             evidence[candidate.effect] = missing * candidate.evidence
+    named = [one for one in found.effects if one.named and not one.one_of]
     return replace(
         step,
         verdict=found.verdict,
         why=found.why,
         evidence=dict(sorted(evidence.items(), key=lambda item: item[1], reverse=True)),
-        named=tuple(one.effect for one in found.effects if one.named and not one.one_of),
+        named=tuple(one.effect for one in named),
+        titles={one.effect: one.title for one in named},
         experiment=found.experiment,
     )
 
