@@ -6,14 +6,15 @@
     python3 packaging/bootstrap.py test --all          all checks and tests
     python3 packaging/bootstrap.py bench [NAME ...]    the benchmarks
     python3 packaging/bootstrap.py run [ARGUMENTS]     the program itself: the window, or a command
-    python3 packaging/bootstrap.py setup [parquet]     only the setting up; with Parquet files
+    python3 packaging/bootstrap.py setup [parquet] [notebook]   only the setting up; with Parquet
+                                                       files, with pandas and xarray for notebooks
 
 On Windows type py in place of python3.
 
-Everything is installed into `.venv` beside this folder, at the versions of run.lock, parquet.lock
-and test.lock, without the files that unused_files.txt names; the environment variable GSAPP_VENV
-names another folder, as for a clone that cannot be written to. Nothing but Python's standard
-library is used here; Python 3.11 to 3.14 is needed.
+Everything is installed into `.venv` beside this folder, at the versions of the lock files here,
+without the files that unused_files.txt names; the environment variable GSAPP_VENV names another
+folder, as for a clone that cannot be written to. Nothing but Python's standard library is used
+here; Python 3.11 to 3.14 is needed.
 """
 
 from __future__ import annotations
@@ -61,8 +62,8 @@ CACHES = {
     "HYPOTHESIS_STORAGE_DIRECTORY": "hypothesis",
 }
 # MB, all wheels for Linux on Intel, and what is installed of them
-DOWNLOAD = {"run.lock": 190, "parquet.lock": 50, "test.lock": 35}
-ON_DISK = {"run.lock": 470, "parquet.lock": 110, "test.lock": 120}
+DOWNLOAD = {"run.lock": 190, "parquet.lock": 50, "notebook.lock": 13, "test.lock": 35}
+ON_DISK = {"run.lock": 470, "parquet.lock": 110, "notebook.lock": 50, "test.lock": 120}
 UNUSED_FILES = HERE / "unused_files.txt"
 REPORT_INTERVAL = 10.0  # s, between two lines on a download
 
@@ -325,7 +326,7 @@ def make_environment() -> None:
 def set_up(*extras: str) -> None:
     """Make the virtual environment as the lock files say; do nothing if it already is so.
 
-    `extras` are locks beside that of what runs: ``parquet``, ``test``, ``build``.
+    `extras` are locks beside that of what runs: ``parquet``, ``notebook``, ``test``, ``build``.
     """
     install_system_packages()
     stamps = {HERE / f"{name}.lock": VENV / f"{name}.stamp" for name in ("run", *extras)}
@@ -432,8 +433,10 @@ def main() -> int:
         "test": lambda: test(arguments),
         "bench": lambda: hand_over(["tests/bench/run.py", *arguments], PROJECT),
     }
-    extras = {"setup": arguments, "test": ["parquet", "test"], "bench": ["parquet", "test"]}
-    if command not in actions or (command == "setup" and not set(arguments) <= {"parquet"}):
+    tested = ["parquet", "notebook", "test"]
+    extras = {"setup": arguments, "test": tested, "bench": ["parquet", "test"]}
+    known = {"parquet", "notebook"}
+    if command not in actions or (command == "setup" and not set(arguments) <= known):
         say(__doc__ or "")
         return 0 if command in {"help", "-h", "--help"} else 2
     try:

@@ -29,10 +29,11 @@ def requirements(lock: Path) -> list[str]:
 
 
 def main() -> None:
-    """Lock what runs; then what only Parquet files, tests and builds need, at the same versions."""
+    """Lock what runs; then what only extras, tests and builds need, at the same versions."""
     compile_lock(HERE / "run.lock")
     needed_to_run = set(requirements(HERE / "run.lock"))
-    for name, option in {"parquet": "--extra", "test": "--group", "build": "--group"}.items():
+    kinds = {"parquet": "--extra", "notebook": "--extra", "test": "--group", "build": "--group"}
+    for name, option in kinds.items():
         with tempfile.TemporaryDirectory() as folder:
             everything = Path(folder) / "all.lock"
             compile_lock(everything, option, name, "-c", str(HERE / "run.lock"))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gsapp.flight.certificates import (
     AppliedCertificates,
@@ -18,9 +20,14 @@ from gsapp.flight.events import Event
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.onboard_log.log_state import OnboardLogState
 from gsapp.flight.uniform_grid import median_step
-from gsapp.quantities import Block
+from gsapp.flight.writers import ColumnUnits
+from gsapp.foundation.data_table import DataTable, import_notebook_package
+from gsapp.quantities import Block, FloatArray, channel
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from gsapp.decoding.decoder import ChannelSource
 
 
@@ -102,3 +109,87 @@ class Flight:
     def duration(self) -> float:
         times = self.block.times
         return float(times[-1] - times[0]) if times.size else 0.0
+
+    def to_numpy(self, channels: Sequence[str] | None = None, units: str = "us") -> FloatArray:
+        """Return samples.
+
+        Parameters
+        ----------
+        channels : sequence of str, optional
+            Ids; all by default.
+        units : {"us", "si", "base"}
+            ``us``: ft/s, deg, g; ``si``: m/s, deg, g; ``base``: m/s, rad, m/s^2, as held inside.
+
+        Returns
+        -------
+        ndarray, shape (n, n_channels)
+            NaN where a sample is missing. ``block.times`` holds the times (s).
+        """
+        layout = self._layout(channels, units)
+        return np.column_stack([np.empty((len(self.block), 0)), *self._columns(layout)])
+
+    def to_dataframe(
+        self, channels: Sequence[str] | None = None, units: str = "us"
+    ) -> pandas.DataFrame:
+        """Return samples as a pandas data frame, its index the time (s).
+
+        ``attrs["units"]`` holds the unit of each column. Parameters as `to_numpy`.
+        """
+        layout = self._layout(channels, units)
+        columns = dict(zip(layout.channels, self._columns(layout), strict=True))
+        return DataTable(
+            columns={"time": self.block.times, **columns},
+            units={"time": "s", **dict(zip(layout.channels, layout.units, strict=True))},
+            index="time",
+        ).to_dataframe()
+
+    def to_xarray(self, channels: Sequence[str] | None = None, units: str = "us") -> xarray.Dataset:
+        """Return samples as an xarray data set over ``time`` (s).
+
+        Each variable has its unit and title in its attributes. Parameters as `to_numpy`.
+        """
+        layout = self._layout(channels, units)
+        variables = {
+            name: ("time", values, {"units": unit, "long_name": channel(name).title})
+            for name, unit, values in zip(
+                layout.channels, layout.units, self._columns(layout), strict=True
+            )
+        }
+        time = ("time", self.block.times, {"units": "s", "long_name": "Flight time"})
+        return import_notebook_package("xarray").Dataset(
+            variables, coords={"time": time}, attrs={"flight": self.name}
+        )
+
+    def _layout(self, channels: Sequence[str] | None, units: str) -> ColumnUnits:
+        return ColumnUnits.from_channels(
+            self.block.channels if channels is None else channels, units.casefold()
+        )
+
+    def _columns(self, layout: ColumnUnits) -> list[FloatArray]:
+        return [
+            layout.convert_column(index, self.block[name])
+            for index, name in enumerate(layout.channels)
+        ]
+
+    def __repr__(self) -> str:
+        return f"<Flight {self._title}>"
+
+    @property
+    def _title(self) -> str:
+        rate = f", {self.rate:.4g} Hz" if math.isfinite(self.rate) else ""
+        return f"{self.name}: {self.duration:.1f} s{rate}, {len(self.block.channels)} channels"
+
+    def _repr_html_(self) -> str:
+        layout = self._layout(None, "us")
+        samples = [values[np.isfinite(values)] for values in self._columns(layout)]
+        table = DataTable(
+            columns={
+                "channel": layout.channels,
+                "title": [channel(name).title for name in layout.channels],
+                "unit": layout.units,
+                "samples": [one.size for one in samples],
+                "min": [float(one.min()) if one.size else None for one in samples],
+                "max": [float(one.max()) if one.size else None for one in samples],
+            }
+        )
+        return table.to_html(self._title, most=None)

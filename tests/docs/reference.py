@@ -6,6 +6,7 @@ The tests compare the pages with what this module makes, so none of them can be 
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -13,10 +14,12 @@ from typing import Any
 
 import typer
 
+import gsapp
 from gsapp.cli._commands import LINKS
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.discrepancy.effect_catalog import all_effects
+from gsapp.flight.flight import Flight
 from gsapp.foundation import errors
 from gsapp.quantities.channels import CHANNELS
 from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
@@ -190,7 +193,58 @@ def keys() -> str:
     return _page("Window commands and keys", *lines)
 
 
+def public_functions() -> dict[str, Callable[..., Any]]:
+    """Return the functions of the Python API, and the methods of what they return, by name."""
+    found = {
+        f"gsapp.{name}": getattr(importlib.import_module(gsapp._MODULES[name]), name)
+        for name in gsapp._MODULES
+    }
+    for kind in API_CLASSES:
+        methods = (one for one in vars(kind).items() if inspect.isfunction(one[1]))
+        found |= {f"{kind.__name__}.{name}": one for name, one in methods if name.startswith("to_")}
+    return found
+
+
+API_CLASSES = (Flight,)
+"""What the functions of the Python API return."""
+_SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
+
+
+def _docstring(function: Callable[..., Any]) -> str:
+    """Return a numpydoc docstring as Markdown: sections as headings, parameters as lists."""
+    text = _SECTION.sub(r"**\1**\n", (inspect.getdoc(function) or "").replace("``", "`"))
+    text = re.sub(r"(?m)^(\w+) : (.+)\n    ", r"- `\1` (\2): ", text)
+    text = re.sub(r"(?m)^(?!- )(\w[\w., ()]*)\n    (?=\S)", r"- `\1`: ", text)
+    return re.sub(r"(?m)^    ", "  ", text)
+
+
+def api() -> str:
+    """Return the page of the Python API."""
+    lines: list[str] = [
+        "The requests and results of the [commands](commands.md), for notebooks and scripts:",
+        "",
+        "```python",
+        "import gsapp",
+        'flight = gsapp.open("flights/2026-05-12-a")',
+        'flight.to_dataframe(["alpha", "q", "de"], units="us")',
+        "```",
+        "",
+        "Data frames and data sets need pandas and xarray: `python3 packaging/bootstrap.py setup "
+        "notebook`, or `pip install gsapp-ground-station[notebook]`. The names and parameters on "
+        "this page are stable; other modules of the program may change. `gsapp.__version__` is "
+        "the version.",
+        "",
+    ]
+    for name, function in public_functions().items():
+        signature = re.sub(r"\bself, |\bself\b", "", str(inspect.signature(function)))
+        signature = re.sub(r"(: |-> )'([^']+)'", r"\1\2", signature)
+        lines += [f"## {name}", "", "```python", f"{name}{signature}", "```", ""]
+        lines += [_docstring(function), ""]
+    return _page("Python API", *lines)
+
+
 PAGES: dict[str, Callable[[], str]] = {
+    "api.md": api,
     "channels.md": channels,
     "commands.md": commands,
     "effects.md": effects,

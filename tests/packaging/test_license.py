@@ -17,6 +17,9 @@ def locked(name: str) -> set[str]:
     return set(re.findall(r"^([\w.-]+)==", text, re.MULTILINE))
 
 
+RUN = locked("run.lock") | locked("parquet.lock") | locked("notebook.lock")
+
+
 def declared(package: str) -> str:
     about = metadata(package)
     text = about["License-Expression"] or about["License"] or ""
@@ -27,7 +30,7 @@ def declared(package: str) -> str:
 
 
 def test_every_locked_package_is_listed_with_the_license_that_it_declares() -> None:
-    assert set(LISTED) == locked("run.lock") | locked("parquet.lock") | locked("test.lock")
+    assert set(LISTED) == RUN | locked("test.lock")
     for package, license_ in LISTED.items():
         try:
             found = declared(package)
@@ -36,7 +39,7 @@ def test_every_locked_package_is_listed_with_the_license_that_it_declares() -> N
         assert found == license_, package
 
 
-@pytest.mark.parametrize("package", sorted(locked("run.lock") | locked("parquet.lock")))
+@pytest.mark.parametrize("package", sorted(RUN))
 def test_nothing_that_runs_asks_more_than_the_readme_says(package: str) -> None:
     copyleft = re.search("GPL|General Public|MPL|Mozilla|EUPL|CDDL|EPL", LISTED[package])
     assert (copyleft is not None) == (package in WEAK_COPYLEFT)

@@ -1,0 +1,1 @@
+"""Python API: what the commands do, for notebooks and scripts; `gsapp` has its names."""
