@@ -51,6 +51,7 @@ def record(
     from gsapp.telemetry.recorder_process import create_stop_handler, record_link
     from gsapp.telemetry.recorder_status import HEARTBEAT_END
     from gsapp.telemetry.recording_settings import RecordingSettings
+    from gsapp.telemetry.stream_server import ShareRequest
 
     console = PlainConsole(stderr=is_stdout(json))
 
@@ -85,8 +86,9 @@ def record(
         print_aircraft_warnings(console, [folder.aircraft()])
         status = record_link(
             link, out, heartbeat=settings.heartbeat, listen_only=settings.listen_only,
-            signing_key=settings.signing_key, stop=stop, give_up=give_up,
-            on_status=printer.print_news, **options,
+            signing_key=settings.signing_key,
+            shares=ShareRequest(links=settings.share, is_open=settings.share_open), stop=stop,
+            give_up=give_up, on_status=printer.print_news, **options,
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
     frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines
@@ -95,6 +97,9 @@ def record(
         f"Recorded {frames} frames, {lines} lines and {status.residue_bytes} other bytes in "
         f"{seconds:.0f} s{where}."
     )
+    for share in status.shares:
+        dropped = f", {share.dropped_bytes} were not taken" if share.dropped_bytes else ""
+        say(f"Shared {share.sent_bytes} bytes over {share.link}{dropped}.")
     if status.heartbeats:
         say(HEARTBEAT_END)
     write_json(json, status.model_dump(mode="json"))
@@ -131,6 +136,7 @@ class _StatusPrinter:
         self._say = say
         self._beginning = beginning
         self._link = ""
+        self._shares: list[str] = []
         self._told: set[str] = set()
         self._problem = ""
         self._due = _FIRST_DIAGNOSIS
@@ -143,6 +149,11 @@ class _StatusPrinter:
         if status.state == "recording" and status.source_state != self._link:
             self._link = status.source_state
             self._say(self._link)
+        shares = [share.describe() for share in status.shares]
+        if status.state == "recording" and shares != self._shares:
+            for text in (one for one in shares if one not in self._shares):
+                self._say(text)
+            self._shares = shares
         self._diagnose(status)
         for sentence in (*status.notes, *status.warnings, status.error):
             # The numbers in a warning change all the time.

@@ -27,6 +27,7 @@ LOCK_FILE: Final = "recorder.lock"
 STOP_FILE: Final = "recorder.stop"
 LOG_FILE: Final = "recorder.log"
 SEND_FILE: Final = "recorder.send"
+SHARE_FILE: Final = "recorder.share"
 
 FLIGHT_FOLDER_FILES: Final = frozenset(
     (
@@ -44,6 +45,7 @@ FLIGHT_FOLDER_FILES: Final = frozenset(
         STOP_FILE,
         LOG_FILE,
         SEND_FILE,
+        SHARE_FILE,
     )
 )
 """All that have a meaning in a flight folder."""

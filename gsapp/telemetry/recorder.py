@@ -39,6 +39,7 @@ from gsapp.telemetry.send_queue import GroundPacker, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import SignatureVerifier
 from gsapp.telemetry.sources import Chunk, LinkSource
+from gsapp.telemetry.stream_server import StreamServer, pop_share_request
 
 StreamItem = MavlinkFrame | Residue | TextLine
 
@@ -116,6 +117,8 @@ class Recorder:
         Called with every status besides writing it into the folder.
     disk_free : callable
         Gives the room on the disk of a folder, bytes.
+    server : StreamServer, optional
+        Passes on what arrives; by default to nobody, until that is asked for in the folder.
     relocate : callable, optional
         Moves the writer to another folder, once its own was removed, renamed, replaced or made
         read-only; returns whether all that was recorded so far is there. Raises OSError or
@@ -134,6 +137,7 @@ class Recorder:
         signing_key_file: str = "",
         on_status: Callable[[RecorderStatus], None] = lambda _: None,
         disk_free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+        server: StreamServer | None = None,
         relocate: Callable[[], bool] | None = None,
     ) -> None:
         self.source = source
@@ -161,6 +165,7 @@ class Recorder:
         self._started_us = clock.now_us()
         self._first_folder = writer.folder
         self._outbox = SendQueue(writer.folder)
+        self._server = StreamServer(source.address) if server is None else server
         self._relocate = relocate
         self._relocation = ""
         self._folder_error = ""
@@ -180,6 +185,7 @@ class Recorder:
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
         sending = threading.Thread(target=self._send, name="sending", daemon=True)
         self._remove_stop_file()
+        pop_share_request(self.writer.folder)  # of a recorder before
         reading.start()
         keeping.start()
         sending.start()
@@ -210,6 +216,7 @@ class Recorder:
             while True:
                 self.write_chunks(self._arrived.get_nowait())
         self._flush_streams()
+        self._server.close()
         stop.set()
         self._check_folder()
         if give_up is not None:
@@ -302,6 +309,8 @@ class Recorder:
             heartbeats=self._heartbeats,
             signing_key="" if state == "stopped" else self._signing_key_file,
             signatures=dict(self._signatures),
+            shares=self._server.status(),
+            share_open=self._server.request.is_open,
             parent=os.getppid(),
             ahead_us=self.clock.correction_us,
         )
@@ -407,6 +416,7 @@ class Recorder:
                 self._last_batch_us = max(stamp, self._last_batch_us + 1)
                 origin = FrameOrigin(peer, signatures[index - 1])
                 self.writer.append(self._last_batch_us, items[start:index], origin)
+                self._server.send(items[start:index])
                 start = index
 
     def _verify(self, item: StreamItem) -> str:
@@ -426,6 +436,8 @@ class Recorder:
         if now >= self._next_folder_check:
             self._next_folder_check = now + TELEMETRY.folder_interval
             self._check_folder()
+            if (request := pop_share_request(self.writer.folder)) is not None:
+                self._server.change(request)
         if self.writer.state.error and now >= self._next_retry:
             self._next_retry = now + TELEMETRY.retry_interval
             self.writer.retry()

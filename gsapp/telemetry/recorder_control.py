@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
-from gsapp.foundation import LinkError
+from gsapp.foundation import FlightError, LinkError
 from gsapp.foundation.file_lock import lock_holder
 from gsapp.foundation.files import GROUP_FILE_MODE, make_group_folder
 from gsapp.foundation.process_control import module_command, start_detached_process
@@ -19,6 +19,7 @@ from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
 from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.stream_server import ShareRequest, request_shares
 
 # Children of this process by the id of the recorder, kept so that they do not stay behind as
 # zombies. On Windows the child may be a launcher, which has another id and ends a moment later.
@@ -139,8 +140,10 @@ def restart_recorder(folder: Path | str) -> RecorderHandle:
     if status is None:
         raise LinkError(f"{folder} holds no recorder status; connect again")
     place = Path(status.folder)
+    if (running := find_recorder(place)) is not None:
+        return running
     try:
-        return find_recorder(place) or start_recorder(
+        started = start_recorder(
             status.link, place, heartbeat=status.sends_heartbeats,
             listen_only=status.listen_only, signing_key=status.signing_key,
         )  # fmt: skip
@@ -149,6 +152,11 @@ def restart_recorder(folder: Path | str) -> RecorderHandle:
         if running is None:
             raise
         return running
+    if links := tuple(share.link for share in status.shares):
+        # A port that is in use by now ends no recording.
+        with contextlib.suppress(FlightError):
+            request_shares(place, ShareRequest(links=links, is_open=status.share_open))
+    return started
 
 
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:

@@ -37,6 +37,7 @@ from gsapp.telemetry.recorder_status import RecorderStatus, runtime_folder_note,
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import read_signing_key
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
+from gsapp.telemetry.stream_server import NO_SHARES, ShareRequest, StreamServer
 
 
 def record_link(
@@ -46,6 +47,7 @@ def record_link(
     heartbeat: bool | None = None,
     listen_only: bool = False,
     signing_key: Path | str = "",
+    shares: ShareRequest = NO_SHARES,
     stop: threading.Event | None = None,
     give_up: threading.Event | None = None,
     on_status: Callable[[RecorderStatus], None] = lambda _: None,
@@ -67,6 +69,8 @@ def record_link(
         Whether to send nothing at all. Raise LinkError where nothing would come then (``udpout``).
     signing_key : Path or str
         File of the key of MAVLink signatures; empty for none.
+    shares : ShareRequest
+        To whom what arrives is passed on. Raise LinkError where that cannot be.
     stop, give_up : threading.Event, optional
         See `Recorder.run`.
     on_status : callable
@@ -110,10 +114,13 @@ def record_link(
             claims.append(claim)
             return whole
 
+        server = StreamServer(address)
+        server.open(shares)
         speaks = kind_of(address).needs_heartbeat if heartbeat is None else heartbeat
         recorder = Recorder(
             source, writer, clock=clock, heartbeat=speaks, listen_only=listen_only,
-            signing_key=key, signing_key_file=key_file, on_status=tell, relocate=relocate,
+            signing_key=key, signing_key_file=key_file, on_status=tell, server=server,
+            relocate=relocate,
         )  # fmt: skip
         try:
             with contextlib.suppress(LinkUnavailableError):
@@ -121,6 +128,7 @@ def record_link(
             with inhibit_sleep(f"recording {claims[0].folder.name}"):
                 recorder.run(stop or threading.Event(), give_up)
         except BaseException:
+            server.close()
             source.close()
             writer.close()
             raise

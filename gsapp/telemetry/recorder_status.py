@@ -28,6 +28,31 @@ LinkContent = Literal["", "mavlink", "text", "unreadable"]
 """What the last bytes of a link are; empty while there are too few to tell."""
 
 
+class ShareStatus(BaseModel):
+    """An address that a recorder passes on to what it receives."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    link: str  # As it was asked for.
+    clients: tuple[str, ...] = ()  # Network addresses of who is connected, over TCP.
+    sent_bytes: int = 0
+    dropped_bytes: int = 0
+    """Passed on since the start; not passed on, because a client or the network did not take it."""
+    note: str = ""  # What happened last to a client, or why sending fails, in words.
+    error: str = ""  # Why it is not shared with, in words; empty where it is.
+
+    def describe(self) -> str:
+        """Return how it fares, in a sentence."""
+        if self.error:
+            return f"Not shared: {self.error}"
+        if self.link.startswith("tcpin"):
+            count = len(self.clients)
+            state = f"{count} client{'' if count == 1 else 's'} connected"
+        else:
+            state = "sending"
+        return f"Shared over {self.link}: {'; '.join(filter(None, (state, self.note)))}"
+
+
 class RecorderStatus(BaseModel):
     """The state of a recorder; written about twice a second."""
 
@@ -75,6 +100,8 @@ class RecorderStatus(BaseModel):
     """Path of the signing key file, for a restart; empty for none, and once recording stopped."""
     signatures: dict[str, int] = {}
     """Frames by what was found of their signature; empty where there is no key to check it."""
+    shares: list[ShareStatus] = []  # Whom it passes on to what it receives.
+    share_open: bool = False  # Whether anyone on a network may receive it, without a key.
     parent: int = 0
     """The process that started it; on Windows the launcher of a virtual environment."""
     ahead_us: int = 0

@@ -48,6 +48,17 @@ class RecordingSettings(SettingsModel):
             "check what arrives, sign what is sent."
         ),
         option="--signing-key", metavar="FILE")
+    share: tuple[str, ...] = setting(
+        (), QT_TR_NOOP("Share"),
+        QT_TR_NOOP(
+            "Pass on what is received, one way: tcpin:HOST:PORT serves all who connect, "
+            "udpout:HOST:PORT sends to one."
+        ),
+        option="--share", metavar="LINK", is_repeatable=True)
+    share_open: bool = setting(
+        False, QT_TR_NOOP("Share without a key"),
+        QT_TR_NOOP("Share with a network without a key: anyone on it can receive the flight."),
+        option="--share-open")
     speed: float | None = setting(
         None, QT_TR_NOOP("Speed"),
         QT_TR_NOOP("Times real time, where LINK is a FLIGHT."),

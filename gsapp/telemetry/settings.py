@@ -42,6 +42,12 @@ class TelemetrySettings:
     max_peers: int = 8  # Peers of a UDP socket ...
     peer_timeout: float = 30.0  # ... that were heard within this time.
 
+    # Sharing what is received.
+    share_interval: float = 0.02  # Interval at which clients are served.
+    max_unshared: int = 4096  # Batches that wait for it.
+    client_send_buffer: int = 65_536  # Of the system, for a TCP client.
+    max_client_bytes: int = 262_144  # That wait for a TCP client before it is disconnected.
+
     # Fetching a log.
     fetch_interval: float = 0.02  # Interval at which answers are looked for.
     progress_interval: float = 0.25  # Interval at which progress is shown.

@@ -7,6 +7,7 @@ import selectors
 import socket
 from collections.abc import Iterable
 from functools import partial
+from ipaddress import ip_address
 from typing import Any
 
 from gsapp.telemetry.clock import Clock
@@ -23,7 +24,39 @@ from gsapp.telemetry.sources.link_source import (
 _READ_BYTES = 65536
 
 
-def _prepare(connection: socket.socket) -> None:
+def resolve(
+    address: LinkAddress, kind: socket.SocketKind
+) -> tuple[socket.AddressFamily, tuple[Any, ...]]:
+    """Return address family and address of a link; those of IP version 4 go first."""
+    found = socket.getaddrinfo(address.host, address.port, type=kind)
+    family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
+    return family, target
+
+
+def listen_on(address: LinkAddress) -> socket.socket:
+    """Return a TCP socket that listens and does not block; raise OSError where it cannot."""
+    family, target = resolve(address, socket.SOCK_STREAM)
+    made = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        set_exclusive_port(made)
+        made.bind(target)
+        made.listen(TELEMETRY.max_clients)
+        made.setblocking(False)
+    except OSError:
+        made.close()
+        raise
+    return made
+
+
+def bind_sender(made: socket.socket, target: tuple[Any, ...]) -> None:
+    """Bind a UDP socket that sends to a target; raise OSError where it cannot."""
+    if ip_address(target[0]).is_loopback:
+        made.bind(("127.0.0.1" if made.family == socket.AF_INET else "::1", 0))
+    else:
+        made.bind(("", 0))  # which interface leads to the host, the system decides
+
+
+def prepare_connection(connection: socket.socket) -> None:
     """Send small frames at once, and notice a peer that has vanished without a word."""
     # macOS refuses where the peer has hung up already, which reading finds out.
     with contextlib.suppress(OSError):
@@ -47,7 +80,7 @@ class TcpSource(ReconnectingSource):
         made = socket.create_connection(
             (self.address.host, self.address.port), timeout=TELEMETRY.connect_timeout
         )
-        _prepare(made)
+        prepare_connection(made)
         self._socket = made
         self.state = f"{self.address}: connected"
 
@@ -86,18 +119,7 @@ class TcpInSource(ReconnectingSource):
         self._selector: selectors.BaseSelector | None = None
 
     def _connect(self) -> None:
-        found = socket.getaddrinfo(self.address.host, self.address.port, type=socket.SOCK_STREAM)
-        family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
-        made = socket.socket(family, socket.SOCK_STREAM)
-        try:
-            set_exclusive_port(made)
-            made.bind(target)
-            made.listen(TELEMETRY.max_clients)
-            made.setblocking(False)
-        except OSError:
-            made.close()
-            raise
-        self._listener = made
+        self._listener = made = listen_on(self.address)
         self._selector = selectors.DefaultSelector()
         self._selector.register(made, selectors.EVENT_READ)
         self._describe()
@@ -130,7 +152,7 @@ class TcpInSource(ReconnectingSource):
             client.close()
             return
         client.setblocking(False)
-        _prepare(client)
+        prepare_connection(client)
         self._clients[client] = f"{caller[0]}:{caller[1]}"
         self._selector.register(client, selectors.EVENT_READ)
         self._describe()
@@ -181,12 +203,6 @@ class _UdpSource(ReconnectingSource):
         super().__init__(address, clock=clock)
         self._socket: socket.socket | None = None
         self._target: tuple[Any, ...] = ()
-
-    def _resolve(self) -> tuple[socket.AddressFamily, tuple[Any, ...]]:
-        """Return address family and address; those of IP version 4 go first."""
-        found = socket.getaddrinfo(self.address.host, self.address.port, type=socket.SOCK_DGRAM)
-        family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
-        return family, target
 
     def _make(self, family: socket.AddressFamily) -> socket.socket:
         made = socket.socket(family, socket.SOCK_DGRAM)
@@ -239,7 +255,7 @@ class UdpInSource(_UdpSource):
         self._peers: dict[tuple[Any, ...], float] = {}
 
     def _connect(self) -> None:
-        family, target = self._resolve()
+        family, target = resolve(self.address, socket.SOCK_DGRAM)
         made = self._make(family)
         try:
             set_exclusive_port(made)
@@ -270,14 +286,10 @@ class UdpOutSource(_UdpSource):
     """Speak to a host and port; whatever that host answers is received."""
 
     def _connect(self) -> None:
-        family, self._target = self._resolve()
+        family, self._target = resolve(self.address, socket.SOCK_DGRAM)
         made = self._make(family)
-        loopback = socket.getaddrinfo(self._target[0], None)[0][4][0] in ("127.0.0.1", "::1")
         try:
-            if loopback:
-                made.bind(("127.0.0.1" if family == socket.AF_INET else "::1", 0))
-            else:
-                made.bind(("", 0))  # which interface leads to the host, the system decides
+            bind_sender(made, self._target)
         except OSError:
             made.close()
             raise

@@ -1,0 +1,341 @@
+"""What a recorder receives, passed on to other programs and computers; one way.
+
+A thread of its own serves all of them fifty times a second. What a client sends is read and
+dropped: it reaches nobody. A client that does not take what it is sent is dropped, too; the
+recorder never waits for one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Sequence
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from gsapp.decoding.framing import MavlinkFrame, Residue, TextLine
+from gsapp.flight.atomic_files import write_flight_file
+from gsapp.flight.file_names import SHARE_FILE
+from gsapp.foundation import LinkError
+from gsapp.telemetry.link_kinds import LinkAddress
+from gsapp.telemetry.link_registry import parse_link
+from gsapp.telemetry.recorder_status import ShareStatus
+from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.sources.link_source import network_error
+from gsapp.telemetry.sources.network import bind_sender, listen_on, prepare_connection, resolve
+
+_READ_BYTES: Final = 65536
+
+
+class ShareRequest(BaseModel):
+    """Where a stream is to be passed on."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    links: tuple[str, ...] = ()  # LINKs of the kinds ``tcpin`` and ``udpout``.
+    is_open: bool = False  # Whether anyone on a network may receive it, without a key.
+
+
+NO_SHARES: Final = ShareRequest()
+
+
+def request_shares(folder: Path, request: ShareRequest) -> None:
+    """Ask the recorder of a flight folder to share with these addresses, and no others.
+
+    Raise FlightError if the folder cannot be written to.
+    """
+    write_flight_file(folder / SHARE_FILE, request.model_dump_json())
+
+
+def pop_share_request(folder: Path) -> ShareRequest | None:
+    """Return what the recorder of a folder was asked for since the last call; never raises."""
+    path = folder / SHARE_FILE
+    try:
+        content = path.read_bytes()
+        path.unlink()
+        return ShareRequest.model_validate_json(content)
+    except (OSError, ValidationError):
+        return None
+
+
+class _Share(ABC):
+    """One address that the stream is passed on to."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        self.address = address
+        self.sent_bytes = 0
+        self.dropped_bytes = 0
+        self.note = ""
+
+    @property
+    def client_names(self) -> tuple[str, ...]:
+        return ()
+
+    @abstractmethod
+    def serve(self, parts: Sequence[bytes]) -> None:
+        """Pass on frames, or lines, that came since the last call; there may be none."""
+
+    @abstractmethod
+    def close(self) -> None: ...
+
+
+class _UdpShare(_Share):
+    """Datagrams to one address, a frame in each."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        super().__init__(address)
+        family, self._target = resolve(address, socket.SOCK_DGRAM)
+        # Nothing reads from it: the system drops what is sent back.
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        bind_sender(self._socket, self._target)
+
+    def serve(self, parts: Sequence[bytes]) -> None:
+        for part in parts:
+            try:
+                self._socket.sendto(part, self._target)
+            except OSError as error:
+                self.dropped_bytes += len(part)
+                self.note = f"cannot send ({error.strerror or error})"
+            else:
+                self.sent_bytes += len(part)
+                self.note = ""
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _TcpClient:
+    """A program that called."""
+
+    def __init__(self, connection: socket.socket, name: str) -> None:
+        self.name = name
+        self._socket = connection
+        self._pending = b""
+        connection.setblocking(False)
+        # What waits in the system is old when it arrives.
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, TELEMETRY.client_send_buffer)
+        prepare_connection(connection)
+
+    def serve(self, data: bytes) -> int:
+        """Send as much as the client takes, and return that; raise OSError where it is gone."""
+        with contextlib.suppress(BlockingIOError):
+            if not self._socket.recv(_READ_BYTES):  # reaches nobody
+                raise ConnectionError("closed")
+        self._pending += data
+        sent = 0
+        if self._pending:
+            with contextlib.suppress(BlockingIOError):
+                sent = self._socket.send(self._pending)
+                self._pending = self._pending[sent:]
+        return sent
+
+    @property
+    def pending_bytes(self) -> int:
+        return len(self._pending)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _TcpShare(_Share):
+    """A TCP port; whoever calls receives what comes from then on."""
+
+    def __init__(self, address: LinkAddress) -> None:
+        super().__init__(address)
+        self._listener = listen_on(address)
+        self._clients: list[_TcpClient] = []
+
+    @property
+    def client_names(self) -> tuple[str, ...]:
+        return tuple(client.name for client in self._clients)
+
+    def serve(self, parts: Sequence[bytes]) -> None:
+        self._accept()
+        data = b"".join(parts)
+        for client in list(self._clients):
+            try:
+                self.sent_bytes += client.serve(data)
+            except OSError:
+                self._remove(client)
+                continue
+            if client.pending_bytes > TELEMETRY.max_client_bytes:
+                self.note = f"{client.name} was disconnected: it does not read"
+                self._remove(client)
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                connection, (host, port, *_) = self._listener.accept()
+            except OSError:
+                return  # nobody calls, or hung up already
+            if len(self._clients) >= TELEMETRY.max_clients:
+                connection.close()
+                self.note = f"{host}:{port} was refused: {TELEMETRY.max_clients} are connected"
+                continue
+            try:
+                self._clients.append(_TcpClient(connection, f"{host}:{port}"))
+            except OSError:
+                connection.close()
+
+    def _remove(self, client: _TcpClient) -> None:
+        self.dropped_bytes += client.pending_bytes
+        self._clients.remove(client)
+        client.close()
+
+    def close(self) -> None:
+        for client in self._clients:
+            client.close()
+        self._clients.clear()
+        self._listener.close()
+
+
+_KINDS: Final[dict[str, type[_TcpShare | _UdpShare]]] = {"tcpin": _TcpShare, "udpout": _UdpShare}
+
+
+class StreamServer:
+    """Passes on what a recorder receives.
+
+    Parameters
+    ----------
+    link : LinkAddress
+        What is recorded.
+    """
+
+    def __init__(self, link: LinkAddress) -> None:
+        self._link = link
+        self._shares: dict[str, _Share] = {}
+        self._refused: dict[str, str] = {}  # why, by LINK
+        self.request = NO_SHARES
+        self._next_request: ShareRequest | None = None
+        self._queue: deque[list[bytes]] = deque()
+        self._dropped_bytes = 0
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def open(self, request: ShareRequest) -> None:
+        """Begin to share; raise LinkError where an address cannot be shared with."""
+        self._apply(request)
+        for problem in self._refused.values():
+            self.close()
+            raise LinkError(problem)
+        self._start()
+
+    def change(self, request: ShareRequest) -> None:
+        """Share with other addresses from now on; where that fails the status says why."""
+        self._next_request = request
+        self._start()
+
+    def send(self, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
+        """Pass on what came out of a framer; stray bytes are left out. Returns at once."""
+        if not self._shares:
+            return
+        parts = [
+            item.data + b"\n" if isinstance(item, TextLine) else item.data
+            for item in items
+            if not isinstance(item, Residue)
+        ]
+        if len(self._queue) < TELEMETRY.max_unshared:
+            self._queue.append(parts)
+        else:
+            self._dropped_bytes += sum(map(len, parts))
+
+    def status(self) -> list[ShareStatus]:
+        """Return how each address fares."""
+        found = []
+        for link in self.request.links:
+            share = self._shares.get(link)
+            if link in self._refused:
+                found.append(ShareStatus(link=link, error=self._refused[link]))
+            elif share is not None:
+                dropped = share.dropped_bytes + self._dropped_bytes
+                found.append(
+                    ShareStatus(
+                        link=link, clients=share.client_names, sent_bytes=share.sent_bytes,
+                        dropped_bytes=dropped, note=share.note,
+                    )
+                )  # fmt: skip
+        return found
+
+    def close(self) -> None:
+        """Send what came, and hang up."""
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join(TELEMETRY.final_sending_time)
+        for share in self._shares.values():
+            share.close()
+
+    def _start(self) -> None:
+        if self._thread is None and (self._shares or self._next_request):
+            self._thread = threading.Thread(target=self._run, name="sharing", daemon=True)
+            self._thread.start()
+
+    def _run(self) -> None:
+        while True:
+            pause = TELEMETRY.share_interval if self._shares else TELEMETRY.retry_interval
+            is_over = self._over.wait(pause)
+            request, self._next_request = self._next_request, None
+            if request is not None:
+                self._apply(request)
+            parts = [part for _ in range(len(self._queue)) for part in self._queue.popleft()]
+            for share in self._shares.values():
+                try:
+                    share.serve(parts)
+                except Exception as error:  # a fault of one must not end the others
+                    share.note = str(error)
+            if is_over:
+                return
+
+    def _apply(self, request: ShareRequest) -> None:
+        shares, refused = {}, {}
+        for link in dict.fromkeys(request.links):
+            former = self._shares.get(link) if request.is_open == self.request.is_open else None
+            try:
+                shares[link] = former or self._make_share(link, is_open=request.is_open)
+            except LinkError as error:
+                refused[link] = str(error)
+        former_shares, self._shares, self._refused = self._shares, shares, refused
+        self.request = request
+        for share in former_shares.values():
+            if share not in shares.values():
+                share.close()
+
+    def _make_share(self, link: str, *, is_open: bool) -> _Share:
+        address = parse_link(link)
+        if address.kind not in _KINDS:
+            raise LinkError(
+                f"'{link}' cannot be shared with; write tcpin:HOST:PORT, to which others connect, "
+                "or udpout:HOST:PORT, to which it is sent"
+            )
+        try:
+            _, target = resolve(address, socket.SOCK_DGRAM)
+            if not (is_open or ip_address(target[0]).is_loopback):
+                raise LinkError(
+                    f"{address}: anyone on that network could receive the flight; to share it "
+                    "without a key, add --share-open, or share on this computer only"
+                )
+            if self._returns_to_link(address, target):
+                raise LinkError(
+                    f"{address}: this is the port that is recorded: all that is sent would come "
+                    "back; choose another port"
+                )
+            return _KINDS[address.kind](address)
+        except OSError as error:
+            raise network_error(address, error) from error
+
+    def _returns_to_link(self, address: LinkAddress, target: tuple[Any, ...]) -> bool:
+        if (address.kind, self._link.kind, address.port) != ("udpout", "udpin", self._link.port):
+            return False
+        family = socket.AF_INET6 if ":" in target[0] else socket.AF_INET
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind((target[0], 0))  # only an address of this computer can be bound
+            except OSError:
+                return False
+        return True
