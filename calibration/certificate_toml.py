@@ -17,6 +17,7 @@ from calibration.settings import CALIBRATION
 from calibration.signals import find_signal
 from gsapp.foundation import (
     FileProblem,
+    GroundStationError,
     StrictModel,
     UnitError,
     UnknownNameError,
@@ -24,6 +25,7 @@ from gsapp.foundation import (
     toml_problems_error,
     write_toml,
 )
+from gsapp.foundation.errors import format_os_error
 from gsapp.foundation.files import list_files, path_lexists
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import channel, from_si, normalize_unit, to_si
@@ -462,6 +464,16 @@ def certificate_content(certificate: Certificate) -> dict[str, Any]:
 def write_certificate(certificate: Certificate, path: str | Path) -> Path:
     """Write a certificate as TOML, atomically."""
     return write_toml(path, certificate_content(certificate))
+
+
+def save_certificate(certificate: Certificate, path: Path) -> None:
+    """Write a certificate as TOML; raise `GroundStationError`, with words, where that fails."""
+    try:
+        write_certificate(certificate, path)
+    except OSError as error:
+        raise GroundStationError(
+            format_os_error(path, error, "choose a folder with write permission")
+        ) from error
 
 
 def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tuple[str, str]:

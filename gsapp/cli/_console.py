@@ -141,13 +141,6 @@ def is_stdout(json: Path | None) -> bool:
     return json is not None and str(json) == "-"
 
 
-def format_json(result: object) -> str:
-    """Return a result as JSON: SI units, absent = null."""
-    from json import dumps
-
-    return dumps(result, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
 def write_json(json: Path | None, result: object) -> None:
     """Write the result of a command for programs; ``-`` is the screen, None nowhere.
 
@@ -158,6 +151,7 @@ def write_json(json: Path | None, result: object) -> None:
     """
     from gsapp.foundation import GroundStationError, write_atomically
     from gsapp.foundation.errors import format_os_error
+    from gsapp.foundation.files import format_json
 
     if json is None:
         return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gsapp.cli._options import DISPLAY_UNITS
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.identification.maneuver import FlightWithManeuvers
-    from gsapp.identification.runs.inputs import FlightCache
-    from gsapp.identification.runs.run_execution import RunOutcome
 
 _MARKS = {"estimated": "est.", "derived": "calc."}
 _UNCALIBRATED = "uncal"
@@ -112,20 +110,10 @@ def _mark(source: ChannelSource) -> str:
 
 def print_calibration(console: PlainConsole, flights: Iterable[Flight]) -> None:
     """Say of each flight which channels are uncalibrated, and whose certificates were used."""
+    from gsapp.flight.flight import calibration_sentences
+
     for sentence in calibration_sentences(flights):
         console.print_sentence(sentence, "yellow")
-
-
-def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
-    """Return what is to be said of the calibration of each flight, with its name."""
-    return tuple(
-        f"{flight.name}: {text}" for flight in flights for text in flight.calibration_remarks
-    )
-
-
-def calibration_json(flights: Iterable[Flight]) -> list[dict[str, Any]]:
-    """Return the calibration behind each flight's numbers, for programs."""
-    return [{"flight": flight.name, **flight.calibration_json()} for flight in flights]
 
 
 def _at(time: float | None) -> str:
@@ -160,46 +148,3 @@ def load_flown_flights(
 
     with console.status("reading") as status:
         return maneuver.open_flights_with_maneuvers(paths, settings, doing=status.update)
-
-
-def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
-    """Return what a run gave, with the certificates that its flights were read with."""
-    from gsapp.identification.estimate_json import campaign_json
-    from gsapp.identification.runs.inputs import flight_open_requests
-    from gsapp.report.form_text import forms_json
-
-    opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
-    content: dict[str, Any] = campaign_json(outcome.result)
-    instruments = [
-        {
-            "channel": one.channel,
-            "kind": one.kind,
-            "value": one.value,
-            "std": one.std,
-            "position": None if one.position is None else list(one.position),
-            "alternatives": list(one.alternatives),
-        }
-        for one in outcome.instruments
-    ]
-    return content | {
-        "disagreement": {
-            name: one.value.disagreement for name, one in outcome.summary.derivatives.items()
-        },
-        "instruments": instruments,
-        "forms": forms_json(
-            outcome.result,
-            {name: one.value for name, one in outcome.summary.derivatives.items()},
-        ),
-        "calibration": calibration_json(one.flight for one in opened),
-    }
-
-
-def check_fitted(outcome: RunOutcome) -> None:
-    """Raise `FlightError` where no maneuver gave anything; what is uncalibrated comes first."""
-    from gsapp.foundation import FlightError
-
-    results = outcome.result.results
-    failures = [one.failure for one in results if one.estimate is None]
-    if len(failures) == len(results):
-        causes = (*outcome.uncalibrated, failures[0])
-        raise FlightError(f"no maneuver could be fitted: {'; '.join(causes)}")

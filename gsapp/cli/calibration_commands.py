@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from calibration.certificate_store import CertificateOverview, CertificateStatus
     from calibration.drift import Drift
     from calibration.points_file import PointsFile
-    from calibration.quality import Calibration, CalibrationQuality
+    from calibration.quality import Calibration
     from calibration.validity import CalibrationInForce, CalibrationStatus
     from gsapp.cli._console import PlainConsole
 
@@ -73,17 +73,13 @@ def calibrate(
     Example: gsapp calibrate points.csv --channel rudder --out new.toml --excitation 5
     --travel -30:30 --who "B. Jones" --temperature 16 --former old.toml
     """
-    from calibration import load_certificate, write_certificate
-    from calibration.curve_selection import create_certificate, fit_calibration
-    from calibration.drift import compute_drift
-    from calibration.points_file import load_points
-    from calibration.quality import collect_remarks
+    from calibration import load_certificate
+    from calibration.certificate_json import certificate_json
+    from calibration.certificate_toml import save_certificate
+    from calibration.points_calibration import calibrate_points, check_supply
     from gsapp.cli._console import is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error
-    from gsapp.foundation import GroundStationError
-    from gsapp.foundation.errors import format_os_error
     from gsapp.quantities import channel as spec_of
-    from gsapp.quantities import to_si
 
     ends = _travel(travel)
     with as_usage_error():
@@ -92,40 +88,21 @@ def calibrate(
             from gsapp.report.certificate_report import check_report_suffix
 
             check_report_suffix(report)
-        _check_supply(excitation)
-    taken = load_points(points, channel)
-    supply = taken.excitation or excitation
-    _check_supply(supply)
-    made = fit_calibration(
-        taken.points, degree=degree, travel=ends, resolution=taken.signal.resolution
-    )
-    certificate = create_certificate(
-        made,
-        taken.points,
-        channel_id=channel,
-        unit=taken.unit,
-        who=who,
-        stamp=datetime.now(),  # noqa: DTZ005  certificates carry the field's local time
-        excitation_voltage=supply,
-        ratiometric=supply is not None,
-        temperature=None if temperature is None else to_si(temperature, "degC", "temperature"),
-        signal_unit=taken.signal.unit,
-    )
-    drifts = [(path, compute_drift(certificate, load_certificate(path))) for path in former or ()]
-    sentences = collect_remarks(made, taken.points, taken.unit)
-    if not who:
-        sentences = (*sentences, "the person who took the readings is missing; add --who")
-    try:
-        write_certificate(certificate, out)
-    except OSError as error:
-        raise GroundStationError(
-            format_os_error(out, error, "choose a folder with write permission")
-        ) from error
+        check_supply(excitation)
+    made = calibrate_points(
+        points, channel, degree=degree, excitation=excitation, travel=ends, who=who,
+        temperature=temperature, former=former or (),
+    )  # fmt: skip
+    save_certificate(made.certificate, out)
     if report is not None:
-        _write_report(certificate, out, [load_certificate(path) for path in former or ()], report)
-    write_json(json, _certificate_json(certificate, made, drifts, sentences, out))
+        _write_report(
+            made.certificate, out, [load_certificate(path) for path in former or ()], report
+        )
+    write_json(json, certificate_json(made, out))
     if not is_stdout(json):
-        _print_certificate(certificate, made, taken, drifts, sentences, out)
+        _print_certificate(
+            made.certificate, made.calibration, made.points_file, made.drifts, made.remarks, out
+        )
 
 
 def _write_report(
@@ -143,13 +120,6 @@ def _write_report(
     )  # fmt: skip
 
 
-def _check_supply(volts: float | None) -> None:
-    from gsapp.foundation import GroundStationError
-
-    if volts is not None and not 0.5 <= volts <= 30.0:
-        raise GroundStationError(f"a supply of {volts:g} V is not possible; give it in volts")
-
-
 def _travel(text: str | None) -> tuple[float, float] | None:
     """Read ``LOW:HIGH``."""
     from gsapp.cli._usage_errors import CommandUsageError
@@ -164,37 +134,6 @@ def _travel(text: str | None) -> tuple[float, float] | None:
     if not low < high:
         raise CommandUsageError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
     return low, high
-
-
-def _certificate_json(
-    certificate: Certificate,
-    made: Calibration,
-    drifts: Sequence[tuple[Path, Drift]],
-    sentences: Sequence[str],
-    out: Path,
-) -> dict[str, Any]:
-    """Return the result for programs: SI units, volts; absent = null."""
-    from gsapp.quantities import channel
-
-    _, si = si_converters(certificate.channel, certificate.unit)
-    quality = made.quality
-    return {
-        "certificate": str(out),
-        "channel": certificate.channel,
-        "unit": channel(certificate.channel).unit,
-        "degree": made.degree,
-        "coefficients": list(certificate.si_coefficients),
-        "range": list(certificate.range),
-        "losses": {str(degree): si(loss) for degree, loss in made.losses.items()},
-        "quality": quality_json(quality, certificate.channel, certificate.unit),
-        "residuals": [si(residual) for residual in made.fit.residuals],
-        "outliers": list(quality.outliers),
-        "former": [
-            {"certificate": str(path), **drift_json(drift, certificate.channel, certificate.unit)}
-            for path, drift in drifts
-        ],
-        "remarks": list(sentences),
-    }
 
 
 def _print_certificate(
@@ -389,6 +328,7 @@ def _evaluation_json(status: CalibrationStatus) -> dict[str, str]:
 def _status_json(
     standing: CertificateStatus, in_force: CalibrationInForce, now: datetime
 ) -> dict[str, Any]:
+    from calibration.certificate_json import drift_json, quality_json
     from gsapp.quantities import channel
 
     certificate, quality, former = standing.certificate, standing.quality, standing.former
@@ -462,6 +402,7 @@ def _print_overview(
 
 def _figure_cells(one: CertificateStatus) -> tuple[str, str, str]:
     """Return uncertainty, hysteresis and drift of zero, in the units of the call."""
+    from calibration.certificate_json import si_converters
     from gsapp.quantities import channel
 
     name, quality, drift = one.certificate.channel, one.quality, one.drift
@@ -482,61 +423,3 @@ def _figure_cells(one: CertificateStatus) -> tuple[str, str, str]:
         shown(None if quality is None else quality.hysteresis),
         moved,
     )
-
-
-def si_converters(
-    channel_id: str, unit: str
-) -> tuple[Callable[[float], float], Callable[[float | None], float | None]]:
-    """Return what makes a value, and what makes a difference of values, SI.
-
-    Parameters
-    ----------
-    channel_id, unit : str
-        Of the certificate.
-    """
-    from gsapp.quantities import channel, to_si
-
-    quantity = channel(channel_id).quantity
-    offset = to_si(0.0, unit, quantity)
-    factor = to_si(1.0, unit, quantity) - offset
-
-    def value(number: float) -> float:
-        return number * factor + offset
-
-    def difference(number: float | None) -> float | None:
-        return None if number is None else number * factor
-
-    return value, difference
-
-
-def quality_json(quality: CalibrationQuality, channel_id: str, unit: str) -> dict[str, Any]:
-    """Return the figures of a calibration for programs: SI, volts; absent = null."""
-    value, si = si_converters(channel_id, unit)
-    return {
-        "rms": si(quality.rms),
-        "maximum": si(quality.max_residual),
-        "linearity": si(quality.linearity),
-        "scatter": si(quality.scatter),
-        "hysteresis": si(quality.hysteresis),
-        "hysteresis_uncertainty": si(quality.hysteresis_uncertainty),
-        "return_to_zero": si(quality.return_to_zero),
-        "resolution": si(quality.resolution),
-        "covered": [value(end) for end in quality.covered],
-        "coverage": quality.coverage,
-        "uncertainty": {
-            "volts": list(quality.uncertainty_volts),
-            "half_width": [si(width) for width in quality.half_widths],
-        },
-    }
-
-
-def drift_json(drift: Drift, channel_id: str, unit: str) -> dict[str, Any]:
-    """Return how far an instrument moved, for programs: zero in SI, slope relative."""
-    _, si = si_converters(channel_id, unit)
-    return {
-        "zero": si(drift.zero),
-        "zero_uncertainty": si(drift.zero_uncertainty),
-        "slope": drift.slope,
-        "slope_uncertainty": drift.slope_uncertainty,
-        "significant": drift.significant,
-    }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -44,36 +42,26 @@ def compatibility(
     Example: gsapp compatibility flights/2026-05-12-a --aircraft b777
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import calibration_json, load_flown_flights, print_calibration
+    from gsapp.cli._flight_text import print_calibration
     from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.flight.flight import calibration_json
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.flight.maneuvers import uncalibrated_text
-    from gsapp.foundation import FlightError
-    from gsapp.identification.compatibility import (
-        DEFAULT_FREE_ERRORS,
-        CompatibilitySettings,
-        check_compatibility,
+    from gsapp.identification.compatibility.flight_check import (
+        check_flights,
+        compatibility_json,
+        settings_with_errors,
     )
-    from gsapp.identification.maneuver import no_maneuvers_text
 
     console = PlainConsole(stderr=is_stdout(json))
-    given = ManeuverSettings(every_grade=True, **settings)
+    given = ManeuverSettings(**settings)
     check_windows(given.maneuver_windows, flights)
     with as_usage_error():
-        checked = CompatibilitySettings(
-            free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *(error or ()), *(free or ()))))
-        )
-    flown = load_flown_flights(flights, given, console)
-    maneuvers = [one for flight in flown for one in flight.maneuvers]
-    if not maneuvers:
-        raise FlightError(
-            f"no maneuver to check instruments by: {no_maneuvers_text(flown)}; name a window of "
-            "the flight with --maneuver START:STOP"
-        )
-    with console.status("comparing instruments"):
-        result = check_compatibility(maneuvers, settings=checked)
+        checked = settings_with_errors((*(error or ()), *(free or ())))
+    with console.status("reading") as status:
+        flown, result = check_flights(flights, given, checked, doing=status.update)
     if json is not None:
-        content = _content(result)
+        content = compatibility_json(result)
         content["calibration"] = calibration_json(one.flight for one in flown)
         write_json(json, content)
     print_calibration(console, (one.flight for one in flown))
@@ -85,39 +73,6 @@ def compatibility(
     for one in () if result.parameters else flown:
         for text in uncalibrated_text(one.flight):
             console.print_sentence(f"{one.flight.name}: {text}")
-
-
-def _content(result: CompatibilityResult) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    content = {
-        "maneuvers": result.maneuvers,
-        "consistent": result.consistent,
-        "summary": result.summary,
-        "parameters": {name: asdict(one) for name, one in result.parameters.items()},
-        "signs": result.signs,
-        "verdicts": [{**asdict(one), "seen_in": one.seen_in or None} for one in result.verdicts],
-        "comparisons": [asdict(one) for one in result.comparisons],
-        "fit": {
-            name: {key: getattr(one, key) for key in ("rms", "rms_over_range_pct", "r2", "theil")}
-            for name, one in result.fit.items()
-        },
-        "noise": result.noise,
-        "gust": result.gust,
-        "remedies": result.remedies,
-        "converged": result.converged,
-        "warnings": result.warnings,
-    }
-    return {name: _finite(value) for name, value in content.items()}
-
-
-def _finite(value: Any) -> Any:
-    """Return a value for JSON: null for what is not finite."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {name: _finite(one) for name, one in value.items()}
-    return [_finite(one) for one in value] if isinstance(value, (list, tuple)) else value
 
 
 def _describe(console: PlainConsole, result: CompatibilityResult) -> None:

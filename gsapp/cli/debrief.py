@@ -70,6 +70,7 @@ def debrief(
     from gsapp.cli._usage_errors import CommandUsageError, check_catalog, check_is_catalog
     from gsapp.excitation.debrief import compute_flight_trend
     from gsapp.flight.catalog import Catalog
+    from gsapp.session.replay_runner import replay_to_end
 
     if not flights and catalog is None:
         raise CommandUsageError("nothing to debrief; name a flight, or a --catalog")
@@ -105,32 +106,6 @@ def debrief(
         for written in (json, catalog if flights else None):
             if written is not None:
                 console.print(f"written to {written}", soft_wrap=True)
-
-
-def replay_to_end(
-    path: Path,
-    aircraft: str | None,
-    model: str | None,
-    channel_map: str | None,
-    calibration: str | None,
-    cards: str | None,
-) -> Session:
-    """Replay a flight to its end."""
-    from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, FlightReadSettings
-    from gsapp.session import UNLIMITED_SPEED, Session
-    from gsapp.session.replay_runner import run_replay
-
-    flown = FlightReadSettings.load(path, aircraft=aircraft).aircraft
-    session = Session.replay(
-        path, speed=UNLIMITED_SPEED, channel_map=channel_map, certificates=calibration,
-        aircraft=flown or DEFAULT_AIRCRAFT, model=model, cards=cards,
-    )  # fmt: skip
-    try:
-        run_replay(session)
-    except BaseException:
-        session.close()
-        raise
-    return session
 
 
 def _debrief_of(session: Session) -> Debrief:

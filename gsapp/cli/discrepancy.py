@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,16 +12,10 @@ from gsapp.cli._commands import takes_settings
 from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
 
 if TYPE_CHECKING:
-    from gsapp.aircraft import Aircraft
     from gsapp.cli._console import PlainConsole
-    from gsapp.discrepancy.investigation import Investigation
     from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
-    from gsapp.identification.maneuver import Maneuver
-    from gsapp.report.provenance import Provenance
-
-MODEL_FILE, RESULT_FILE, CARDS_FILE = "model.toml", "discrepancy.json", "cards.toml"
-"""Files in the folder beside the report and its figures."""
+    from gsapp.identification.maneuver import FlightWithManeuvers
 
 
 @takes_settings("gsapp.discrepancy.settings:DiscrepancySettings")
@@ -81,50 +71,31 @@ def discrepancy(
         raise typer.BadParameter("give FLIGHT... and --out DIR, or --list")
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._discrepancy_text import print_discrepancy
-    from gsapp.cli._flight_text import (
-        calibration_sentences,
-        load_flown_flights,
-        print_aircraft_warnings,
-    )
+    from gsapp.cli._flight_text import print_aircraft_warnings
     from gsapp.cli._usage_errors import as_usage_error, check_windows
-    from gsapp.discrepancy.investigation import Investigation
+    from gsapp.discrepancy.flight_search import check_effects
     from gsapp.discrepancy.results import discrepancy_json
-    from gsapp.discrepancy.search_checks import check_model_match, record_remarks
     from gsapp.discrepancy.settings import DiscrepancySettings
-    from gsapp.dynamics.model import load_model
-    from gsapp.flight.maneuvers import uncalibrated_text
-    from gsapp.foundation import FlightError
-    from gsapp.identification.maneuver import no_maneuvers_text
+    from gsapp.report.discrepancy_folder import (
+        MODEL_FILE,
+        check_output_folder,
+        write_discrepancy_folder,
+    )
     from gsapp.report.provenance import search_provenance
 
     console = PlainConsole(stderr=is_stdout(json))
-    _check_output_folder(out)
+    check_output_folder(out)
     with as_usage_error():
         request = DiscrepancySettings(check_instruments=True, **settings)
-        _check_effects((*request.refused, *request.forced))
+        check_effects(request)
     check_windows(request.maneuver_windows, flights)
-    model = load_model(request.model) if request.model else None
-    flown = load_flown_flights(flights, request, console)
-    own = flown[0].aircraft
-    maneuvers = [one for flight in flown for one in flight.maneuvers]
-    if not maneuvers:
-        raise FlightError(
-            f"no maneuver to compare model and flight by: {no_maneuvers_text(flown)}; name windows "
-            "of the flight with --maneuver START:STOP, or fly doublets"
-        )
-    _check_maneuvers(maneuvers, request.held_out or (), draw or ())
-    if model is not None:
-        check_model_match(model, maneuvers)
-    try:
-        found = _search(console, Investigation(maneuvers, own, model), request)
-    except FlightError as error:
-        causes = (text for one in flown for text in uncalibrated_text(one.flight))
-        raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
-    remarks = (*calibration_sentences(one.flight for one in flown), *record_remarks(maneuvers, own))
-    found = replace(found, warnings=tuple(dict.fromkeys((*found.warnings, *remarks))))
+    flown, found = _search(console, flights, request, draw or ())
     provenance = search_provenance(flights, request)
-    with console.status("writing the report"), _atomic_folder(out) as part:
-        _fill(part, found, out, own, provenance, draw or ())
+    with console.status("writing the report"):
+        write_discrepancy_folder(
+            found, out, aircraft=flown[0].aircraft.name, provenance=provenance, draw=draw or (),
+            units=DISPLAY_UNITS.get(),
+        )  # fmt: skip
     write_json(json, discrepancy_json(found, model=out / MODEL_FILE))
     print_aircraft_warnings(console, [flown[0].file_aircraft])
     for one in flown:
@@ -136,107 +107,24 @@ def discrepancy(
     console.print(f"The model{cards}, the report and its figures are in {out}", soft_wrap=True)
 
 
-def _check_output_folder(out: Path) -> None:
-    """Raise unless the folder can be written: said before the search, not after it."""
-    from gsapp.foundation import GroundStationError
-    from gsapp.foundation.errors import format_os_error
-
-    if out.exists() and not out.is_dir():
-        raise GroundStationError(f"{out} is a file; choose a folder for the answer")
-    there = next((one for one in (out, *out.absolute().parents) if one.is_dir()), Path())
-    try:
-        Path(tempfile.mkdtemp(prefix=".gsapp-", dir=there)).rmdir()
-    except OSError as error:
-        raise GroundStationError(
-            format_os_error(out, error, "choose a folder with write permission")
-        ) from error
-
-
-def _check_effects(names: Sequence[str]) -> None:
-    """Raise if an effect that is refused or forced is not in the catalog."""
-    from gsapp.discrepancy.effect_catalog import find_effect
-
-    for name in names:
-        # Structure without a name is found, not listed; it may be refused by what it was called.
-        if not name.startswith("unnamed."):
-            find_effect(name)
-
-
-def _check_maneuvers(
-    maneuvers: Sequence[Maneuver], held_out: Sequence[str], draw: Sequence[str]
-) -> None:
-    """Raise if one that was asked for by its id is not among them."""
-    from gsapp.foundation import UnknownNameError
-
-    known = [one.id for one in maneuvers]
-    for option, names in (("--held-out", held_out), ("--draw", draw)):
-        for name in names:
-            if name not in known:
-                raise UnknownNameError(
-                    f"{option}: there is no maneuver '{name}'; there are {', '.join(known)}"
-                )
-
-
 def _search(
-    console: PlainConsole, investigation: Investigation, settings: DiscrepancySettings
-) -> DiscrepancyResult:
+    console: PlainConsole,
+    flights: Sequence[Path],
+    settings: DiscrepancySettings,
+    draw: Sequence[str],
+) -> tuple[tuple[FlightWithManeuvers, ...], DiscrepancyResult]:
     from rich.progress import TaskProgressColumn, TimeRemainingColumn
+
+    from gsapp.discrepancy.flight_search import search_flights
 
     columns = (TaskProgressColumn(), TimeRemainingColumn())
     with console.progress(*columns, disable=not console.is_terminal) as bar:
         task = bar.add_task("preparing", total=1.0)
 
+        def doing(text: str) -> None:
+            bar.update(task, description=text)
+
         def show(done: SearchProgress) -> None:
             bar.update(task, completed=done.share, description=done.activity)
 
-        return investigation.run(settings, progress=show)
-
-
-def _fill(
-    folder: Path,
-    found: DiscrepancyResult,
-    out: Path,
-    aircraft: Aircraft,
-    provenance: Provenance,
-    draw: Sequence[str],
-) -> None:
-    """Write everything into a folder that will stand at `out`."""
-    from gsapp.cli._console import format_json
-    from gsapp.discrepancy.results import discrepancy_json
-    from gsapp.dynamics.model import save_model
-    from gsapp.flight.cards import save_cards
-    from gsapp.flight.info import local_timestamp
-    from gsapp.foundation import write_atomically
-    from gsapp.report.discrepancy_report import write_discrepancy_report
-
-    save_model(found.model, folder / MODEL_FILE)
-    if found.experiment is not None:
-        save_cards(folder / CARDS_FILE, found.experiment.card_set(aircraft.name))
-    write_atomically(
-        folder / RESULT_FILE, format_json(discrepancy_json(found, model=out / MODEL_FILE))
-    )
-    write_discrepancy_report(
-        found, folder, aircraft=aircraft.name, provenance=provenance, units=DISPLAY_UNITS.get(),
-        overlays=draw or None, written=local_timestamp(),
-    )  # fmt: skip
-
-
-@contextmanager
-def _atomic_folder(out: Path) -> Iterator[Path]:
-    """Give a folder to fill; what is in it stands at `out` when all is done, or not at all."""
-    from gsapp.foundation.files import create_sibling_folder, move_into_place
-
-    out.parent.mkdir(parents=True, exist_ok=True)
-    part = create_sibling_folder(out)
-    try:
-        yield part
-        if not out.exists():
-            move_into_place(part, out)
-            return
-        for new in part.iterdir():
-            old = out / new.name
-            if old.is_dir():
-                shutil.rmtree(old)
-            move_into_place(new, old)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+        return search_flights(flights, settings, draw=draw, doing=doing, progress=show)

@@ -63,7 +63,6 @@ def estimate(
     Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import check_fitted, outcome_json
     from gsapp.cli._usage_errors import (
         CommandUsageError,
         as_usage_error,
@@ -74,11 +73,11 @@ def estimate(
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation.name_suggestions import did_you_mean
     from gsapp.identification.runs.inputs import FlightCache
-    from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.run_execution import execute_run
+    from gsapp.identification.runs.request import RunRequest, check_names
+    from gsapp.identification.runs.run_execution import check_fitted, execute_run
     from gsapp.identification.runs.run_store import save_run
     from gsapp.identification.summary.derivative_forms import FORM_TITLES
-    from gsapp.quantities import channel
+    from gsapp.report.estimate_export import outcome_json
 
     for name in form or ():
         if name not in FORM_TITLES:
@@ -89,8 +88,6 @@ def estimate(
         settings["integration"] = "euler"
     with as_usage_error():
         request = RunRequest(flights=tuple(flights), **settings)
-        for name in request.stand_ins:
-            channel(name)
     check_catalog(catalog, request.calibration or None)
     if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
         # What cannot be kept is told before the work; a new file is made after it.
@@ -98,8 +95,7 @@ def estimate(
     check_windows(request.maneuver_windows, flights)
     known = load_model(request.model) if request.model else None
     with as_usage_error():
-        names = (*request.held, *(request.free or ()), *request.priors, *request.start)
-        _check_derivatives(names, known)
+        check_names(request, known)
     flight_cache = FlightCache()
     outcome = console.run_with_progress_bar(
         lambda doing, step: execute_run(request, flights=flight_cache, doing=doing, progress=step)
@@ -130,20 +126,6 @@ def _update_aircraft(console: PlainConsole, outcome: RunOutcome) -> None:
         return
     for path in accept_instruments(outcome):
         console.print(f"instruments updated in {path}", soft_wrap=True)
-
-
-def _check_derivatives(names: Sequence[str], model: object) -> None:
-    """Raise unless every name is a derivative, or the parameter of an effect of the model."""
-    from gsapp.dynamics.buildup import derivative_names
-    from gsapp.foundation import UnknownNameError
-    from gsapp.foundation.name_suggestions import did_you_mean
-
-    known = list(derivative_names())
-    for name in names:
-        if name in known or (model is not None and "." in name):
-            continue
-        hint = did_you_mean(name, known, f"known are {', '.join(known)}", most=2)
-        raise UnknownNameError(f"there is no derivative '{name}'; {hint}")
 
 
 def print_outcome(console: PlainConsole, outcome: RunOutcome) -> None:

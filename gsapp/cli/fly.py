@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from gsapp.cli._console import PlainConsole
-    from gsapp.quantities import Block
     from gsapp.telemetry.clock import Clock
     from gsapp.telemetry.sources import LinkSource
     from gsapp.virtual.downlink.commanded_downlinks import CommandConsole
@@ -211,6 +210,7 @@ def _transmit_flight(
     console: PlainConsole,
 ) -> TransmitProgress | None:
     """Fly over a link in real time, or `speed` times that; return how far it came."""
+    from gsapp.flight.writers import write_flight_csv
     from gsapp.telemetry.clock import HostClock
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
 
@@ -239,75 +239,28 @@ def _transmit_flight(
             if log is not None:
                 log.close()
             if truth is not None:
-                _write_truth(truth, downlink.truth())
+                write_flight_csv(truth, downlink.truth(), "us")
     return show.progress
 
 
 def write_folder(
     settings: FlightSettings, out: Path, *, truth: Path | None, console: PlainConsole
 ) -> TransmitProgress | None:
-    """Write a flight folder as if the flight had been recorded, as fast as it goes.
+    """Write a flight folder, showing how far the flight is; see `record_virtual_flight`."""
+    from gsapp.virtual.downlink.flight_recording import record_virtual_flight
 
-    Nothing stands at `out` before all of it does; returns how far the flight came.
-
-    Raises
-    ------
-    FlightError
-        If something is there already, or cannot be written.
-    """
-    from gsapp.flight.atomic_files import atomic_flight_folder
-    from gsapp.foundation import FlightError
-    from gsapp.foundation.files import list_files
-
-    if out.exists() and (not out.is_dir() or list_files(out)):
-        raise FlightError(f"{out} exists already; choose another name for the new flight")
-    with atomic_flight_folder(out) as part:
-        true_motion, reached = _fill(settings, part, name=out.name, console=console)
-        if truth is not None:
-            _write_truth(truth, true_motion)
-    console.print(f"Wrote the flight {out}.")
-    return reached
-
-
-def _fill(
-    settings: FlightSettings, folder: Path, *, name: str, console: PlainConsole
-) -> tuple[Block, TransmitProgress | None]:
-    """Write the record and the copies; return the true motion, and how far the flight came."""
-    from gsapp.aircraft.aircraft_loader import with_accuracy
-    from gsapp.cli._console import write_json
-    from gsapp.flight.folder_setup import prepare_flight_folder
-    from gsapp.virtual.downlink.flight_downlink import write_record
-
-    started = time.time_ns() // 1000
-    downlink = settings.create_downlink(started)
-    flight = prepare_flight_folder(
-        folder,
-        name=name,
-        aircraft=settings.aircraft,
-        channel_map="b777-thin" if settings.thin else "b777",
-        calibration=settings.certificates,
-        source="virtual",
-        notes=f"Virtual flight: plan {settings.plan}, seed {settings.seed}.",
-    )
-    kept = folder / "onboard.tlog" if settings.thin else None
     with _flight_status(console, f"Flying '{settings.plan}'") as show:
-        write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
+        downlink = record_virtual_flight(settings, out, truth=truth, progress=show)
     _print_crash(downlink, console)
-    if settings.dirt:
-        dirt = settings.draw_dirt()
-        write_json(folder / "dirt.json", dirt.as_dict())
-        # A crew knows what it does not know.
-        own = flight.aircraft_file
-        own.write_text(with_accuracy(own.read_text(encoding="utf-8"), dirt.accuracy), "utf-8")
-    if kept is not None:
-        flight.update_info(onboard_log=kept.name)
-    return downlink.truth(), show.progress
+    console.print(f"Wrote the flight {out}.")
+    return show.progress
 
 
 def _fly_with_sticks(
     settings: FlightSettings, to: str, *, speed: float, truth: Path | None, console: PlainConsole
 ) -> TransmitProgress | None:
     """Fly over a link as the lines of the standard input say, until they end."""
+    from gsapp.flight.writers import write_flight_csv
     from gsapp.telemetry.clock import HostClock
     from gsapp.virtual.downlink.commanded_downlinks import StdinConsole, TrainingDownlink
     from gsapp.virtual.downlink.downlink_transmitter import DownlinkTransmitter
@@ -335,7 +288,7 @@ def _fly_with_sticks(
             _print_crash(downlink, console)
         finally:
             if truth is not None:
-                _write_truth(truth, downlink.truth())
+                write_flight_csv(truth, downlink.truth(), "us")
     return show.progress
 
 
@@ -346,12 +299,6 @@ def _print_crash(downlink: FlightDownlink, console: PlainConsole) -> None:
         console.print(
             f"The aircraft crashed after {end:.1f} s; the flight ends there.", style="yellow"
         )
-
-
-def _write_truth(path: Path, block: Block) -> None:
-    from gsapp.flight.writers import write_flight_csv
-
-    write_flight_csv(path, block, "us")
 
 
 @contextmanager

@@ -57,13 +57,10 @@ def linear_models(
     Example: gsapp linear-models flights/a --validate flights/b --aircraft b777
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import (
-        calibration_sentences,
-        load_flown_flights,
-        print_aircraft_warnings,
-    )
+    from gsapp.cli._flight_text import load_flown_flights, print_aircraft_warnings
     from gsapp.cli._usage_errors import CommandUsageError, is_same_path
     from gsapp.dynamics.model import load_model
+    from gsapp.flight.flight import calibration_sentences
     from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.foundation import FlightError
     from gsapp.identification.axes import AXIS_TITLES

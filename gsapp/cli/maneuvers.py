@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
     from gsapp.flight.flight import Flight
     from gsapp.flight.maneuvers import DetectedManeuver, FlightManeuvers
-    from gsapp.session import Session
 
 _GRADE_COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
 _CARD_COLORS = {"done": "green", "begun": "yellow", "open": "red"}
@@ -37,38 +35,25 @@ def maneuvers(
 
     Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
     """
-    from gsapp.aircraft import load_aircraft
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._flight_text import print_aircraft_warnings, print_calibration
     from gsapp.cli._usage_errors import check_catalog
-    from gsapp.cli.debrief import replay_to_end
     from gsapp.flight.catalog import Catalog, store_maneuvers
-    from gsapp.flight.flight_loader import load_flight
-    from gsapp.flight.maneuvers import collect_maneuvers, read_recorded_verdicts
-    from gsapp.flight.read_settings import (
-        DEFAULT_AIRCRAFT,
-        FlightReadSettings,
-        assumed_aircraft_text,
-    )
+    from gsapp.flight.maneuver_settings import ManeuverSettings
+    from gsapp.flight.read_settings import assumed_aircraft_text
+    from gsapp.session.graded_maneuvers import find_graded_maneuvers
 
     console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
-    with console.status(f"reading {flight.name}"):
-        loaded = load_flight(
-            flight, channel_map=channel_map, certificates=calibration, aircraft=aircraft
-        )
-        own = FlightReadSettings.load(flight, aircraft=aircraft).aircraft
-        flown = own or load_aircraft(DEFAULT_AIRCRAFT)
-    with console.status("looking for maneuvers"):
-        found = collect_maneuvers(loaded, flown, as_found=as_found)
-    if found.maneuvers and not read_recorded_verdicts(loaded):
-        with (
-            console.status("evaluating inputs"),
-            closing(
-                replay_to_end(flight, aircraft, None, channel_map, calibration, None)
-            ) as session,
-        ):
-            found = _graded(found, session)
+    settings = ManeuverSettings(
+        aircraft=aircraft or "",
+        as_found=as_found,
+        channel_map=channel_map or "",
+        calibration=calibration or "",
+    )
+    with console.status("reading") as status:
+        graded = find_graded_maneuvers(flight, settings, doing=status.update)
+    loaded, flown, found = graded.flight, graded.aircraft, graded.found
     if catalog is not None:
         with Catalog(catalog) as store:
             store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
@@ -77,26 +62,14 @@ def maneuvers(
     if not is_stdout(json):
         print_aircraft_warnings(console, [flown])
         _describe(console, loaded, found)
-        if own is None and (assumed := assumed_aircraft_text(loaded.name, loaded.info)):
+        if not graded.is_aircraft_known and (
+            assumed := assumed_aircraft_text(loaded.name, loaded.info)
+        ):
             console.print_sentence(assumed, "yellow")
         print_card_status(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:
                 console.print(f"written to {path}", soft_wrap=True)
-
-
-def _graded(found: FlightManeuvers, session: Session) -> FlightManeuvers:
-    """Return the maneuvers graded as the verdicts of a replay allow."""
-    from dataclasses import replace
-
-    from gsapp.flight.maneuvers import RecordedVerdict, apply_verdicts
-
-    watch = session.cue_monitor
-    verdicts = [
-        RecordedVerdict(t_input=one.t_input, result=one.result, advice=one.advice, grade=one.grade)
-        for one in (() if watch is None else watch.cueing.verdicts)
-    ]
-    return replace(found, maneuvers=tuple(apply_verdicts(one, verdicts) for one in found.maneuvers))
 
 
 def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -62,14 +61,16 @@ def report(
     Example: gsapp report flights --model b777 --out results
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import check_fitted, outcome_json
     from gsapp.cli._usage_errors import as_usage_error, check_distinct_flights, check_windows
+    from gsapp.flight.flight_loader import find_flights
     from gsapp.flight.info import local_timestamp
     from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.run_execution import check_fitted
     from gsapp.identification.runs.run_execution import execute_run as estimate
     from gsapp.report.campaign_report import write_campaign_report
     from gsapp.report.document_writer import check_report_path
+    from gsapp.report.estimate_export import outcome_json
     from gsapp.report.estimate_text import estimate_headline, outlier_maneuver_text
     from gsapp.report.linear_text import compare_linear_models, validation_flight_numbers
 
@@ -108,35 +109,3 @@ def report(
         console.print_sentence(sentence, "yellow")
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", soft_wrap=True)
-
-
-def find_flights(paths: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the flights among some paths, and those in folders that are no flight themselves.
-
-    Raises
-    ------
-    FlightError
-        If a folder holds none.
-    """
-    from gsapp.flight.flight_loader import LOG_SUFFIXES
-    from gsapp.flight.folder import is_flight_folder
-    from gsapp.foundation import FlightError
-    from gsapp.foundation.files import list_files
-
-    found: list[Path] = []
-    for path in paths:
-        if not path.is_dir() or is_flight_folder(path):
-            found.append(path)
-            continue
-        inside = [
-            one
-            for one in list_files(path)
-            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in LOG_SUFFIXES
-        ]
-        if not inside:
-            raise FlightError(
-                f"the folder {path} holds no flight; give a flight folder, a file, or a folder "
-                "with flights in it"
-            )
-        found += inside
-    return tuple(found)

@@ -346,7 +346,7 @@ def write_samples(
         What the block was made from.
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import calibration_json
+    from gsapp.flight.flight import calibration_json
     from gsapp.flight.uniform_grid import median_step
     from gsapp.flight.writers import write_block
 

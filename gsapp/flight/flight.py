@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -193,3 +193,15 @@ class Flight:
             }
         )
         return table.to_html(self._title, most=None)
+
+
+def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
+    """Return what is to be said of the calibration of each flight, with its name."""
+    return tuple(
+        f"{flight.name}: {text}" for flight in flights for text in flight.calibration_remarks
+    )
+
+
+def calibration_json(flights: Iterable[Flight]) -> list[dict[str, Any]]:
+    """Return the calibration behind each flight's numbers, for programs."""
+    return [{"flight": flight.name, **flight.calibration_json()} for flight in flights]

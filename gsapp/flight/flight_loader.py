@@ -23,7 +23,7 @@ from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import convert_to_flown_clock, event_from_notice, read_events, sort_events
 from gsapp.flight.file_names import EVENTS_FILE, SENDERS_FILE
 from gsapp.flight.flight import Flight, FrameCounts
-from gsapp.flight.folder import FlightFolder
+from gsapp.flight.folder import FlightFolder, is_flight_folder
 from gsapp.flight.parameter_events import parameter_events
 from gsapp.flight.raw_files import RawDamage, RawTail, read_nonempty_tlog
 from gsapp.flight.raw_files.record_files import RawRecord
@@ -48,6 +48,7 @@ from gsapp.flight.readers.ulog import read_ulog
 from gsapp.flight.settings import FLIGHT_DATA
 from gsapp.flight.uniform_grid import combine_on_grid, find_uniform_grid, median_step
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
+from gsapp.foundation.files import list_files
 from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import Block
 
@@ -168,6 +169,33 @@ def check_flight_exists(path: Path) -> None:
         there = [one.name for one in folder.iterdir()] if folder.is_dir() else []
         hint = did_you_mean(path.name, there, "check the path", most=1)
         raise FlightError(f"there is no flight {path}; {hint}")
+
+
+def find_flights(paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the flights among some paths, and those in folders that are no flight themselves.
+
+    Raises
+    ------
+    FlightError
+        If a folder holds none.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if not path.is_dir() or is_flight_folder(path):
+            found.append(path)
+            continue
+        inside = [
+            one
+            for one in list_files(path)
+            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in LOG_SUFFIXES
+        ]
+        if not inside:
+            raise FlightError(
+                f"the folder {path} holds no flight; give a flight folder, a file, or a folder "
+                "with flights in it"
+            )
+        found += inside
+    return tuple(found)
 
 
 def load_with_log(folder: FlightFolder, log: Path) -> Flight:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fnmatch
+import json
 import os
 import secrets
 import shutil
@@ -34,6 +35,11 @@ _PAUSE = 0.01
 """Seconds between two tries."""
 _SYSTEM_FILES = frozenset({".ds_store", "thumbs.db", "desktop.ini"})
 """What file managers lay into folders that were looked at, in small letters."""
+
+
+def format_json(result: object) -> str:
+    """Return a result as JSON: SI units, absent = null."""
+    return json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def is_system_file(path: Path | str) -> bool:

@@ -12,15 +12,18 @@ import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model, format_model
+from gsapp.flight.flight import calibration_json
 from gsapp.foundation.delimited_text import delimited_text
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.linear_model_files import linear_model_text
 from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
+from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
 from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
 from gsapp.quantities import channel
+from gsapp.report.form_text import forms_json
 from gsapp.report.linear_text import comparison_json
 
 FILE_TITLES: Final[Mapping[str, str]] = {
@@ -91,6 +94,34 @@ def file_content(
 def campaign_files(outcome: RunOutcome, linear: LinearModelValidation) -> dict[str, bytes]:
     """Return everything that other programs may want of a campaign, as files by name."""
     return {name: file_content(name, outcome, linear) for name in file_names(outcome, linear)}
+
+
+def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
+    """Return what a run gave, with the certificates that its flights were read with."""
+    opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
+    content: dict[str, Any] = campaign_json(outcome.result)
+    instruments = [
+        {
+            "channel": one.channel,
+            "kind": one.kind,
+            "value": one.value,
+            "std": one.std,
+            "position": None if one.position is None else list(one.position),
+            "alternatives": list(one.alternatives),
+        }
+        for one in outcome.instruments
+    ]
+    return content | {
+        "disagreement": {
+            name: one.value.disagreement for name, one in outcome.summary.derivatives.items()
+        },
+        "instruments": instruments,
+        "forms": forms_json(
+            outcome.result,
+            {name: one.value for name, one in outcome.summary.derivatives.items()},
+        ),
+        "calibration": calibration_json(one.flight for one in opened),
+    }
 
 
 def _campaign(result: CampaignResult, summary: CampaignSummary) -> dict[str, Any]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
+from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, FlightReadSettings
 from gsapp.session.feeds import UNLIMITED_SPEED, ReplayFeed
 from gsapp.session.session import Session
 
@@ -32,3 +34,25 @@ def _share(feed: ReplayFeed) -> float:
     return 0.5 * feed.progress + 0.5 * (feed.now - feed.start) / (feed.end - feed.start) * (
         feed.progress
     )
+
+
+def replay_to_end(
+    path: Path,
+    aircraft: str | None,
+    model: str | None,
+    channel_map: str | None,
+    calibration: str | None,
+    cards: str | None,
+) -> Session:
+    """Replay a flight to its end; the caller closes the session."""
+    flown = FlightReadSettings.load(path, aircraft=aircraft).aircraft
+    session = Session.replay(
+        path, speed=UNLIMITED_SPEED, channel_map=channel_map, certificates=calibration,
+        aircraft=flown or DEFAULT_AIRCRAFT, model=model, cards=cards,
+    )  # fmt: skip
+    try:
+        run_replay(session)
+    except BaseException:
+        session.close()
+        raise
+    return session

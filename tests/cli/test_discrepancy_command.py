@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from gsapp.aircraft import load_aircraft
 from gsapp.cli.main import app
-from gsapp.discrepancy import investigation
+from gsapp.discrepancy import flight_search
 from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
 from gsapp.dynamics.flight_model import FlightModel
@@ -70,7 +70,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
                     raise found
                 return found
 
-        monkeypatch.setattr(investigation, "Investigation", Ready)
+        monkeypatch.setattr(flight_search, "Investigation", Ready)
         return asked
 
     return install
@@ -281,7 +281,7 @@ def test_what_stops_the_writing_leaves_the_former_answer(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("gsapp.report.discrepancy_report.write_discrepancy_report", full)
+    monkeypatch.setattr("gsapp.report.discrepancy_folder.write_discrepancy_report", full)
     search(adequate(maneuvers=3, samples=40))
     code, _, error = call(flight, "--out", out)
     assert code == 1

@@ -19,7 +19,7 @@ from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.cli.fly import fly
 from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FlightError
-from gsapp.virtual.downlink import flight_downlink
+from gsapp.virtual.downlink import flight_recording
 
 DEG = np.pi / 180.0
 
@@ -70,13 +70,13 @@ def test_an_interrupted_flight_leaves_nothing(
         told.append(progress)
         raise KeyboardInterrupt
 
-    real = flight_downlink.write_record
+    real = flight_recording.write_record
 
     def interrupted(*arguments: object, **options: object) -> None:
         options["progress"] = interrupt
         real(*arguments, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(flight_downlink, "write_record", interrupted)
+    monkeypatch.setattr(flight_recording, "write_record", interrupted)
     with pytest.raises(KeyboardInterrupt):
         fly(out=tmp_path / "flight", plan="short")
     assert told

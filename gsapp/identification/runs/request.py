@@ -9,12 +9,16 @@ from typing import Any, Final
 
 from pydantic import ConfigDict, Field
 
+from gsapp.dynamics.buildup import derivative_names
+from gsapp.dynamics.model import Model
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.foundation.settings import setting_info
 from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.identification.methods import estimation_method
+from gsapp.quantities import channel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +58,18 @@ class RunRequest(CampaignSettings):
         description="Maneuvers excluded from the means, as the outcome calls them: M4, of several "
         "flights 2:M4. They are fitted all the same.",
     )
+
+
+def check_names(request: RunRequest, model: Model | None) -> None:
+    """Raise `UnknownNameError` for what is no channel, derivative or parameter of the model."""
+    for name in request.stand_ins:
+        channel(name)
+    known = list(derivative_names())
+    for name in (*request.held, *(request.free or ()), *request.priors, *request.start):
+        if name in known or (model is not None and "." in name):
+            continue
+        hint = did_you_mean(name, known, f"known are {', '.join(known)}", most=2)
+        raise UnknownNameError(f"there is no derivative '{name}'; {hint}")
 
 
 _RELATIVE_PREFIX: Final = "./"

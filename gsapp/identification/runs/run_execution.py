@@ -225,6 +225,15 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
             )
 
 
+def check_fitted(outcome: RunOutcome) -> None:
+    """Raise `FlightError` where no maneuver gave anything; what is uncalibrated comes first."""
+    results = outcome.result.results
+    failures = [one.failure for one in results if one.estimate is None]
+    if len(failures) == len(results):
+        causes = (*outcome.uncalibrated, failures[0])
+        raise FlightError(f"no maneuver could be fitted: {'; '.join(causes)}")
+
+
 def accept_instruments(outcome: RunOutcome) -> tuple[Path, ...]:
     """Write what a run found of vanes and accelerometers into the aircraft files that it read.
 

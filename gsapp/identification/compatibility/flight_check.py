@@ -1,0 +1,81 @@
+"""The instruments of flights against one another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gsapp.flight.maneuver_settings import ManeuverSettings
+from gsapp.foundation import FlightError
+from gsapp.identification.compatibility.compatibility_check import check_compatibility
+from gsapp.identification.compatibility.results import CompatibilityResult
+from gsapp.identification.compatibility.settings import DEFAULT_FREE_ERRORS, CompatibilitySettings
+from gsapp.identification.maneuver import (
+    FlightWithManeuvers,
+    no_maneuvers_text,
+    open_flights_with_maneuvers,
+)
+
+
+def settings_with_errors(errors: Sequence[str]) -> CompatibilitySettings:
+    """Return settings that estimate some errors, ``q.scale``, beside the usual ones."""
+    return CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *errors))))
+
+
+def check_flights(
+    paths: Sequence[Path],
+    settings: ManeuverSettings,
+    checked: CompatibilitySettings,
+    *,
+    doing: Callable[[str], object] = lambda _: None,
+) -> tuple[tuple[FlightWithManeuvers, ...], CompatibilityResult]:
+    """Compare the instruments of flights in all their maneuvers.
+
+    `doing`: told what is being done, in words, before each step.
+
+    Raises `GroundStationError` if a flight cannot be read, or none has a maneuver.
+    """
+    flown = open_flights_with_maneuvers(paths, settings.with_changes(every_grade=True), doing=doing)
+    maneuvers = [one for flight in flown for one in flight.maneuvers]
+    if not maneuvers:
+        raise FlightError(
+            f"no maneuver to check instruments by: {no_maneuvers_text(flown)}; name a window of "
+            "the flight with --maneuver START:STOP"
+        )
+    doing("comparing instruments")
+    return flown, check_compatibility(maneuvers, settings=checked)
+
+
+def compatibility_json(result: CompatibilityResult) -> dict[str, Any]:
+    """Return a result for programs: SI units; absent, and what is not finite, None."""
+    content = {
+        "maneuvers": result.maneuvers,
+        "consistent": result.consistent,
+        "summary": result.summary,
+        "parameters": {name: asdict(one) for name, one in result.parameters.items()},
+        "signs": result.signs,
+        "verdicts": [{**asdict(one), "seen_in": one.seen_in or None} for one in result.verdicts],
+        "comparisons": [asdict(one) for one in result.comparisons],
+        "fit": {
+            name: {key: getattr(one, key) for key in ("rms", "rms_over_range_pct", "r2", "theil")}
+            for name, one in result.fit.items()
+        },
+        "noise": result.noise,
+        "gust": result.gust,
+        "remedies": result.remedies,
+        "converged": result.converged,
+        "warnings": result.warnings,
+    }
+    return {name: _finite(value) for name, value in content.items()}
+
+
+def _finite(value: Any) -> Any:
+    """Return a value for JSON: null for what is not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    return [_finite(one) for one in value] if isinstance(value, (list, tuple)) else value
