@@ -116,7 +116,7 @@ COMMANDS: tuple[Command, ...] = (
         _command("open_folder", QT_TR_NOOP("Open a flight folder…"), "Ctrl+Shift+O"),
         _command("virtual", QT_TR_NOOP("Fly the virtual aircraft…"), "Ctrl+Shift+V"),
         _command("attach", QT_TR_NOOP("Attach to a running recorder"), "Ctrl+R"),
-        _command("recorders", QT_TR_NOOP("Running recorders…"), "Ctrl+Alt+R"),
+        _command("recorders", QT_TR_NOOP("Running recorders and sharing…"), "Ctrl+Alt+R"),
         _command("export", QT_TR_NOOP("Export…"), "Ctrl+E", needs="flight", rule=True),
         _command("stop_recording", QT_TR_NOOP("Stop recording…"), "Ctrl+Shift+R", needs="recorder"),
         _command("end_flight", QT_TR_NOOP("End flight and review"), "Ctrl+Alt+E", needs="recorder"),

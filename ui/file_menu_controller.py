@@ -34,6 +34,7 @@ from ui.flight_controller import FlightController
 from ui.number_format import clock_text
 from ui.recorder_controller import PendingFlight, RunningRecorder
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
+from ui.sharing_menu import SharingMenu
 from ui.translation import tr
 from ui.window_frame.banners import Banner, BannerStack
 from ui.window_frame.job_banner import JobBannerController
@@ -65,6 +66,7 @@ class FileMenuController(QObject):
         self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
+        self.sharing = SharingMenu(window, controller, style, store)
         self.jobs = JobBannerController(banners, self)  # Shows background jobs.
         controller.job_started.connect(self.jobs.show_job)
         controller.message_posted.connect(banners.show_banner)
@@ -257,12 +259,16 @@ class FileMenuController(QObject):
         self._controller.flight_opener.attach(self._found[0])
 
     def select_recorder(self) -> None:
-        """Attach to the only recorder at once; list several, or those beside an open flight."""
+        """Attach to the only recorder at once; list several, or those beside an open flight.
+
+        Whom a flight that is recorded is shared with is chosen here, too.
+        """
         others = self._controller.recorders.others
         if len(others) == 1 and not self._controller.is_open:
             self._controller.flight_opener.attach(others[0])
             return
         menu = QMenu(self._window)
+        menu.setObjectName("recorders")
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for found in others:
             menu.addAction(
@@ -271,6 +277,8 @@ class FileMenuController(QObject):
             )
         if not others:
             menu.addAction(tr("No other recorder is running")).setEnabled(False)
+        if self._controller.is_recording:
+            self.sharing.add_actions(menu)
         menu.popup(QCursor.pos())
 
     def offer_end(self, landed_at: float | None) -> None:

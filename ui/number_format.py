@@ -156,7 +156,7 @@ _PLURALS = {
     QT_TR_NOOP("alarm"): QT_TR_NOOP("alarms"), QT_TR_NOOP("ALARM"): QT_TR_NOOP("ALARMS"),
     QT_TR_NOOP("byte"): QT_TR_NOOP("bytes"), QT_TR_NOOP("card"): QT_TR_NOOP("cards"),
     QT_TR_NOOP("certificate"): QT_TR_NOOP("certificates"),
-    QT_TR_NOOP("chart"): QT_TR_NOOP("charts"),
+    QT_TR_NOOP("chart"): QT_TR_NOOP("charts"), QT_TR_NOOP("client"): QT_TR_NOOP("clients"),
     QT_TR_NOOP("derivative"): QT_TR_NOOP("derivatives"), QT_TR_NOOP("doubt"): QT_TR_NOOP("doubts"),
     QT_TR_NOOP("flight"): QT_TR_NOOP("flights"), QT_TR_NOOP("frame"): QT_TR_NOOP("frames"),
     QT_TR_NOOP("input"): QT_TR_NOOP("inputs"), QT_TR_NOOP("item"): QT_TR_NOOP("items"),

@@ -16,6 +16,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from gsapp.flight.folder import FlightFolder
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders, restart_recorder
+from gsapp.telemetry.stream_server import ShareRequest, request_shares
 from gsapp.virtual.downlink.aircraft_process import AircraftProcess
 from ui.background_job import BackgroundJob, JobProgress
 from ui.commands import shortcut_text
@@ -136,6 +137,8 @@ def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> Aircraf
 _RESTART_SECONDS, _MAX_RESTARTS = 60.0, 3
 """A recorder that stopped unexpectedly is restarted at most so often within this time."""
 _RESTART_PAUSE = 3.0  # s between restarts: the state on disk is older until then.
+_SHARE_SECONDS, _SHARE_PAUSE = 5.0, 0.1
+"""For a recorder to share with other addresses, and between looks at whether it does."""
 _STOP_SECONDS = 11.0
 """For a recorder to stop as the window closes; it is given 10 s to write what came."""
 
@@ -265,6 +268,32 @@ class RecorderController(QObject):
         job.done.connect(report)
         job.failed.connect(self._error_reporter.report)
         self.job_started.emit(job, "")
+        job.start()
+
+    def share(self, request: ShareRequest) -> None:
+        """Share the open flight with these addresses alone; say which of them cannot be used."""
+        recorder = self.current
+        if recorder is None:
+            return
+
+        def ask(_progress: JobProgress) -> list[str]:
+            request_shares(recorder.folder, request)
+            deadline = time.monotonic() + _SHARE_SECONDS
+            while time.monotonic() < deadline:
+                status = recorder.status()
+                shares = [] if status is None else status.shares
+                if tuple(share.link for share in shares) == request.links:
+                    return [share.error for share in shares if share.error]
+                time.sleep(_SHARE_PAUSE)
+            return [tr("The recorder does not respond.")]
+
+        def report(errors: list[str]) -> None:
+            for error in errors:
+                self.message_posted.emit("caution", tr("Not shared: {why}").format(why=error))
+
+        job = BackgroundJob(tr("Sharing the flight"), ask, self)
+        job.done.connect(report)
+        job.failed.connect(self._error_reporter.report)
         job.start()
 
     def stop_recording_and_wait(self) -> None:

@@ -57,6 +57,9 @@ class Settings(StrictModel):
     calibration: str = "b777"
     listen_only: bool = False  # Whether a recording sends nothing.
     signing_key: str = ""  # Path of the key file of MAVLink signatures; the key is in no setting.
+    # LINK texts that a flight was shared with last, newest first.
+    shares: tuple[str, ...] = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5770")
+    share_open: bool = False  # Whether other computers receive it without a key.
     # Name of the layout on screen; the layouts themselves are files beside this one.
     layout: str = "Overview"
     span: float = Field(default=60.0, gt=0.0)  # Seconds in sight.
@@ -86,6 +89,10 @@ class Settings(StrictModel):
     def with_link(self, link: str) -> Settings:
         others = tuple(known for known in self.links if known != link)
         return self.with_values(links=(link, *others)[:_MAX_RECENT])
+
+    def with_share(self, link: str, *, is_open: bool) -> Settings:
+        others = tuple(known for known in self.shares if known != link)
+        return self.with_values(shares=(link, *others)[:_MAX_RECENT], share_open=is_open)
 
     def with_flight(self, flight: RecentFlight) -> Settings:
         others = tuple(known for known in self.recent_flights if known.path != flight.path)

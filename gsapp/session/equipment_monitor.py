@@ -15,7 +15,7 @@ from gsapp.session.limits import Severity
 from gsapp.session.monitor_settings import MONITORS
 from gsapp.telemetry.link_diagnosis import diagnose_link
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, read_last_status
-from gsapp.telemetry.recorder_status import RecorderStatus
+from gsapp.telemetry.recorder_status import RecorderStatus, ShareStatus
 
 _NOT_HEARD_YET = ("no data", "no aircraft")
 # States of a recorder that holds what arrives in memory: the record says nothing of the link.
@@ -70,6 +70,8 @@ class RecorderSummary:
     byte_rate: float = 0.0
     growing: bool = False
     """Whether what was written grew since the look before."""
+    shares: tuple[ShareStatus, ...] = ()
+    """Whom it passes on to what it receives."""
     remarks: tuple[str, ...] = ()
     """What was found in the folder at its start, and what is wrong."""
 
@@ -308,6 +310,7 @@ class EquipmentMonitor:
             heartbeats=status.heartbeats,
             byte_rate=status.byte_rate if running else 0.0,
             growing=running and growing,
+            shares=tuple(status.shares) if running else (),
             remarks=(*wrong, *ahead, *status.warnings, *status.notes),
         )
 

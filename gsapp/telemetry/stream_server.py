@@ -45,6 +45,17 @@ class ShareRequest(BaseModel):
 NO_SHARES: Final = ShareRequest()
 
 
+def share_address(link: str) -> LinkAddress:
+    """Return the address of a LINK; raise LinkError if it cannot be shared with."""
+    address = parse_link(link)
+    if address.kind not in ("tcpin", "udpout"):
+        raise LinkError(
+            f"'{link}' cannot be shared with; write tcpin:HOST:PORT, to which others connect, "
+            "or udpout:HOST:PORT, to which it is sent"
+        )
+    return address
+
+
 def request_shares(folder: Path, request: ShareRequest) -> None:
     """Ask the recorder of a flight folder to share with these addresses, and no others.
 
@@ -196,9 +207,6 @@ class _TcpShare(_Share):
         self._listener.close()
 
 
-_KINDS: Final[dict[str, type[_TcpShare | _UdpShare]]] = {"tcpin": _TcpShare, "udpout": _UdpShare}
-
-
 class StreamServer:
     """Passes on what a recorder receives.
 
@@ -307,25 +315,20 @@ class StreamServer:
                 share.close()
 
     def _make_share(self, link: str, *, is_open: bool) -> _Share:
-        address = parse_link(link)
-        if address.kind not in _KINDS:
-            raise LinkError(
-                f"'{link}' cannot be shared with; write tcpin:HOST:PORT, to which others connect, "
-                "or udpout:HOST:PORT, to which it is sent"
-            )
+        address = share_address(link)
         try:
             _, target = resolve(address, socket.SOCK_DGRAM)
             if not (is_open or ip_address(target[0]).is_loopback):
                 raise LinkError(
-                    f"{address}: anyone on that network could receive the flight; to share it "
-                    "without a key, add --share-open, or share on this computer only"
+                    f"{address}: anyone on that network could receive the flight; share on this "
+                    "computer only, or allow other computers without a key (--share-open)"
                 )
             if self._returns_to_link(address, target):
                 raise LinkError(
                     f"{address}: this is the port that is recorded: all that is sent would come "
                     "back; choose another port"
                 )
-            return _KINDS[address.kind](address)
+            return _TcpShare(address) if address.kind == "tcpin" else _UdpShare(address)
         except OSError as error:
             raise network_error(address, error) from error
 

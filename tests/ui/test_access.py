@@ -56,6 +56,7 @@ from ui.preflight.calibration_charts import CalibrationPointList
 from ui.preflight.wizard_page import WizardPage
 from ui.review.maneuvers_page import GradeDialog
 from ui.review.onboard_log_dialog import FlightLogs, OnboardLogDialog
+from ui.sharing_menu import ShareDialog
 from ui.widgets.message_boxes import show_warning
 from ui.window_frame.banners import _ElidedLabel
 
@@ -112,6 +113,7 @@ class WholeWalk(Walk):
         key = SigningKeyField("", folder, style)
         self.qtbot.addWidget(key)
         self._open("passphrase", QInputDialog, key._ask_passphrase)
+        self._open("share", ShareDialog, window.file_menu.sharing.ask_address)
         self._open("map", ChannelMapDialog, lambda: window.file_menu._ask_map(folder / "a.bin"))
         self._open("certificates", CertificatesDialog, window.file_menu.reload_with_certificates)
         logs = FlightLogs(

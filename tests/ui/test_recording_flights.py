@@ -28,6 +28,7 @@ from tests.ui.window_kit import (
 )
 from ui.dialogs.connect import ConnectDialog
 from ui.main_window import MainWindow
+from ui.sharing_menu import ShareDialog
 from ui.window_frame.status_bar import _break_text
 
 _GCS = 6  # MAV_TYPE_GCS, what a ground station calls itself in its heartbeats
@@ -142,7 +143,8 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
     assert (opened.isVisible(), controller.is_open) == (False, False)
     for others in (3, 2):
         opened = menu()
-        assert len(opened.actions()) == others
+        attach = [one for one in opened.actions() if one.text().startswith("Attach")]
+        assert attach == opened.actions()[:others]
         row = others - 2
         wanted = controller.recorders.others[row].handle.folder
         assert links[wanted] in opened.actions()[row].text()
@@ -257,6 +259,77 @@ def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
         assert "second" in rec.item.detail
         other.stop()
         until(qtbot, lambda: "+1" not in rec.item.title)
+
+
+def switch_share(window: MainWindow, qtbot: QtBot, link: str) -> None:
+    rec = window.status_bar.item_widgets["record"]
+    qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
+    menu = window.findChild(QMenu, "recorders")
+    until(qtbot, menu.isVisible)
+    port = link.rpartition(":")[2]
+    (switch,) = [one for one in menu.actions() if one.isCheckable() and port in one.text()]
+    switch.trigger()
+    menu.close()
+    until(qtbot, lambda: window.findChild(QMenu, "recorders") is None)
+
+
+def test_the_flight_is_shared_by_a_switch_at_the_recorder(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    port, folder = free_port(), tmp_path / "flights" / "first"
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        shared = probe.getsockname()[1]
+    link, refused = f"tcpin:127.0.0.1:{shared}", "udpout:192.0.2.1:14550"
+    window.store.replace(window.store.current.with_values(shares=(link, refused)))
+    rec = window.status_bar.item_widgets["record"]
+    with Aircraft(port):
+        connect(window, port, folder)
+        until(
+            qtbot, lambda: window.flight_controller.is_open and rec.item.note.startswith("growing")
+        )
+        assert "SHARED" not in rec.item.title
+        switch_share(window, qtbot, link)
+        until(qtbot, lambda: "SHARED" in rec.item.title)
+        with socket.create_connection(("127.0.0.1", shared)) as client:
+            client.settimeout(10.0)
+            assert client.recv(1) in (b"\xfd", b"\xfe")  # a frame begins
+            until(qtbot, lambda: "1 client" in rec.item.detail)
+            # One that cannot be used leaves the other as it is, and is said.
+            switch_share(window, qtbot, refused)
+            until(qtbot, lambda: any(refused in text for text in window.banners.texts()))
+            assert client.recv(1)
+        status = window.flight_controller.recorders.current.status()
+        assert [bool(share.error) for share in status.shares] == [False, True]
+        switch_share(window, qtbot, link)
+        until(qtbot, lambda: "SHARED" not in rec.item.title)
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", shared))
+
+
+def test_another_address_is_shared_with_and_remembered(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    port, folder, shared = free_port(), tmp_path / "flights" / "first", free_port()
+    link = f"udpout:127.0.0.1:{shared}"
+    with Aircraft(port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        connect(window, port, folder)
+        until(qtbot, lambda: is_followed(window, folder))
+        until(qtbot, lambda: window.flight_controller.is_recording)
+
+        def type_address(dialog: ShareDialog) -> None:
+            dialog.edit.setText("serial:/dev/ttyUSB0:57600")
+            assert not dialog.button.isEnabled()
+            dialog.edit.setText(link)
+            assert dialog.button.isEnabled()
+            dialog.accept()
+
+        other.bind(("127.0.0.1", shared))
+        other.settimeout(20.0)
+        answer_dialog(ShareDialog, type_address)
+        window.file_menu.sharing.ask_address()
+        assert window.store.current.shares[0] == link
+        until(qtbot, lambda: window.flight_controller.recorders.current.status().shares != [])
+        assert other.recv(1000)
 
 
 def test_a_flight_ends_with_its_alarms_and_goes_to_review(

@@ -264,6 +264,7 @@ def _recorder(facts: StatusBarData) -> StatusItem:
         if others
         else ""
     )
+    remarks = (*recorder.remarks, *(share.describe() for share in recorder.shares))
     return StatusItem(
         id="record",
         title=_recorder_text(recorder, len(facts.others)),
@@ -273,13 +274,15 @@ def _recorder(facts: StatusBarData) -> StatusItem:
         state=state,
         width=192,
         detail=tr("{size} recorded, {note}. {remarks}{more}")
-        .format(size=size, note=note, remarks=join_sentences(recorder.remarks), more=more)
+        .format(size=size, note=note, remarks=join_sentences(remarks), more=more)
         .strip(),
     )
 
 
 def _recorder_text(recorder: RecorderSummary, others: int) -> str:
     state = "" if recorder.state == "recording" else f"  {recorder.state}"
+    if any(not share.error for share in recorder.shares):
+        state += tr("  SHARED")
     return (
         tr("REC{state}  +{others} more").format(state=state, others=others)
         if others
