@@ -160,6 +160,7 @@ COMMANDS: tuple[Command, ...] = (
         _command("panel_alarms", QT_TR_NOOP("Alarms"), "Ctrl+4"),
         _command("panel_messages", QT_TR_NOOP("Status messages"), "Ctrl+5"),
         _command("panel_estimates", QT_TR_NOOP("Live derivatives"), "Ctrl+6"),
+        _command("panel_plot", QT_TR_NOOP("Spectrum, channels and ground track"), "Ctrl+7"),
         _command("panel_wider", QT_TR_NOOP("Widen the side panel"), "Shift+F9", needs="charts",
                  rule=True, repeats=True),
         _command("panel_narrower", QT_TR_NOOP("Narrow the side panel"), "Ctrl+F9",

@@ -21,6 +21,7 @@ from ui.flight.controls import ControlRow, ReplayBar
 from ui.flight.estimates_panel import EstimatesPanel
 from ui.flight.flight_view_state import FlightViewState
 from ui.flight.panel_rows import build_cursor_value_rows, cursor_times_text
+from ui.flight.plot_panel import PlotPanel
 from ui.flight.side_panels import AlarmsPanel, MarksPanel, MessagesPanel, ValuesPanel
 from ui.number_format import channel_value_text, clock_text, floor_percent
 from ui.settings import SettingsStore
@@ -113,7 +114,7 @@ _PANEL_WIDTH = 344  # Points of the side panel, if the words of its tabs are not
 _ALARMS = QT_TR_NOOP("Alarms")
 _TAB_NAMES = (
     QT_TR_NOOP("Channels"), QT_TR_NOOP("Values"), QT_TR_NOOP("Marks"), _ALARMS,
-    QT_TR_NOOP("Messages"), QT_TR_NOOP("Derivatives"),
+    QT_TR_NOOP("Messages"), QT_TR_NOOP("Derivatives"), QT_TR_NOOP("Plot"),
 )  # fmt: skip
 _PANEL_STEP = 32  # Points by which a key widens it.
 _PANEL_MIN_WIDTH = 1000
@@ -191,8 +192,10 @@ class FlightView(QWidget):
         self.alarms = AlarmsPanel(self._style)
         self.messages = MessagesPanel(self._style)
         self.estimates = EstimatesPanel(self._style)
+        self.plot = PlotPanel(self._style)
         panels = (
             self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
+            self.plot,
         )  # fmt: skip
         for name, panel in zip(_TAB_NAMES, panels, strict=True):
             tabs.addTab(panel, tr(name))
@@ -229,6 +232,7 @@ class FlightView(QWidget):
             "panel_alarms": lambda: self.show_panel(3),
             "panel_messages": lambda: self.show_panel(4),
             "panel_estimates": lambda: self.show_panel(5),
+            "panel_plot": lambda: self.show_panel(6),
             "side_panel": self.toggle_panel,
             "panel_wider": lambda: self._widen_panel(_PANEL_STEP),
             "panel_narrower": lambda: self._widen_panel(-_PANEL_STEP),
@@ -378,6 +382,7 @@ class FlightView(QWidget):
             search.show_search(
                 picture.search_steps, picture.search_state, enabled=picture.search_enabled
             )
+        self.plot.show_flight(self._history, *self.charts.view.times, picture.spans)
         place, text = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.unacknowledged_count)
         if self.tabs.tabText(place) != text:
             self.tabs.setTabText(place, text)

@@ -64,6 +64,12 @@ class StripView:
         return last - self._width, last
 
     @property
+    def times(self) -> tuple[float, float]:
+        """Return the flight times at both edges, s."""
+        first, last = self.columns
+        return self._scale.time(first), self._scale.time(last)
+
+    @property
     def paused(self) -> bool:
         return self._held is not None
 

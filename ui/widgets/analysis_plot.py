@@ -194,18 +194,26 @@ class AnalysisPlot(QFrame):
         bottom: str,
         left: str,
         words: str = "",
+        keep_zoom: bool = False,
     ) -> None:
         """Draw other curves.
 
-        `words`: the picture in a sentence, for those who hear it.
+        `words`: the picture in a sentence, for those who hear it. `keep_zoom`: what the user has
+        zoomed to stays in sight.
         """
+        is_kept = keep_zoom and self.plot.is_zoomed
         self._drawn = (tuple(curves), tuple(bands))
         self.menu.enable(bool(curves))
         self._labels = (bottom, left)
         self.title.setText(title)
         self.plot.setAccessibleDescription(words or title)
         self._redraw()
-        self.plot.fit_view()
+        if not is_kept:
+            self.plot.fit_view()
+
+    def lock_aspect(self, locked: bool) -> None:
+        """Draw both axes at one scale, or each at its own."""
+        self.plot.getPlotItem().getViewBox().setAspectLocked(locked)
 
     def _file(self) -> Path:
         return Path.home() / f"{sanitize_file_name(self.title.text()) or 'chart'}.png"
@@ -289,6 +297,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         item.getViewBox().setMouseMode(pyqtgraph.ViewBox.RectMode)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._whole: tuple[float, float] | None = None
+        self._fitted = self._wanted_range()
         self._margin = _MARGIN
 
     def sizeHint(self) -> QSize:
@@ -373,6 +382,16 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         item.setAutoVisible(y=False)
         if self._whole is not None and self._whole[1] > self._whole[0]:
             item.setXRange(*self._whole, padding=self._margin)
+        self._fitted = self._wanted_range()
+
+    @property
+    def is_zoomed(self) -> bool:
+        """Return whether the user shows another range of x than all."""
+        return self._wanted_range() != self._fitted
+
+    def _wanted_range(self) -> tuple[float, float]:
+        low, high = self.getPlotItem().getViewBox().targetRange()[0]
+        return float(low), float(high)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         box = self.getPlotItem().getViewBox()
