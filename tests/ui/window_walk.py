@@ -131,7 +131,7 @@ class Walk:
             self.act(f"preflight_{step}")
             self.record(f"Preflight, {step}")
         self.act("place_flight")
-        for panel in ("channels", "values", "marks", "alarms", "messages", "estimates"):
+        for panel in ("channels", "values", "marks", "alarms", "messages", "estimates", "plot"):
             self.act(f"panel_{panel}")
             self.record(f"Flight, {panel}")
         self.act("place_pilot", "pilot_page")
