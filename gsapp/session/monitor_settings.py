@@ -96,7 +96,8 @@ class SessionMonitorSettings:
     min_reported_change: float = 0.05  # Share of a bound by which it must change to be told.
     max_history_points: int = 1000  # Of an FTR history on screen, however long the flight.
     maneuver_delay: float = 3.0  # After a maneuver, until slow samples came.
-    search_confirmation: int = 3  # Maneuvers over which searches name an effect before it counts.
+    early_search: int = 9  # Maneuvers up to which what a search names must be confirmed.
+    search_confirmation: int = 3  # Further maneuvers over which searches then name it.
     estimate_interval: float = 0.5  # s of flight that FTR takes in at a time, at least.
     max_attempts: int = 2  # Of a fit whose process died: the cause may be elsewhere.
     min_maneuver_duration: float = 0.5  # A shorter one shows no motion.

@@ -10,8 +10,10 @@ from gsapp.session.live_estimation.live_search import (
     LiveSearch,
     LiveSearchRequest,
     LiveSearchResult,
+    confirm_names,
     run_search_request,
 )
+from gsapp.session.monitor_settings import MONITORS
 from tests.discrepancy.core_kit import TRUTH, maneuver
 
 HIDDEN = "aero.Cm.alpha2"
@@ -90,7 +92,7 @@ def test_one_search_runs_at_a_time_and_the_next_takes_all_that_came() -> None:
     assert not search.steps
 
 
-def test_an_effect_is_named_when_searches_over_three_further_maneuvers_name_it() -> None:
+def test_an_early_name_needs_the_searches_over_three_further_maneuvers() -> None:
     """One that leaves it out begins the count anew; a name that was confirmed stays one."""
     worker = Held()
     search = LiveSearch(worker)
@@ -103,6 +105,13 @@ def test_an_effect_is_named_when_searches_over_three_further_maneuvers_name_it()
     assert [one.named for one in search.steps] == [(), (), (), (), (), (), ("a",), ("a",)]
     unconfirmed = [("a",), ("a",), (), ("a",), ("a", "b"), ("a",), ("b",), ("b",)]
     assert [one.unconfirmed for one in search.steps] == unconfirmed
+
+
+def test_a_late_search_names_at_once() -> None:
+    early = replace(_step(MONITORS.early_search), named=("a",))
+    assert confirm_names((), early).unconfirmed == ("a",)
+    late = replace(_step(MONITORS.early_search + 1), named=("a",))
+    assert confirm_names((), late).named == ("a",)
 
 
 def test_a_search_runs_in_a_process_of_its_own() -> None:

@@ -96,12 +96,16 @@ def _summarize(step: LiveSearchResult, found: DiscrepancyResult) -> LiveSearchRe
 
 
 def confirm_names(steps: Sequence[LiveSearchResult], step: LiveSearchResult) -> LiveSearchResult:
-    """Name in a step what all searches over the last maneuvers named, those of `steps` before it.
+    """Name what a step names, early in a flight only if the searches before it named it too.
 
     A flight is searched after each maneuver, and each search is one more chance of a false name.
+    As in group sequential tests (O'Brien and Fleming, Biometrics 35, 1979) early looks need more
+    evidence: all searches, those of `steps`, over three further maneuvers.
     """
 
     def is_confirmed(name: str) -> bool:
+        if step.maneuvers > MONITORS.early_search:
+            return True
         for one in reversed(steps):
             if name in one.named:
                 return True
