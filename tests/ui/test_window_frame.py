@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer
-from PySide6.QtGui import QFontMetrics, QGuiApplication, QPalette
+from PySide6.QtGui import QAction, QFontMetrics, QGuiApplication, QPalette
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -45,7 +45,7 @@ import ui.main_window
 from calibration.validity import CalibrationStatus
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import GroundStationError
-from gsapp.quantities import Block
+from gsapp.quantities import Block, channel
 from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
 from gsapp.session.limits import LimitBands, Severity
 from gsapp.session.user_limit_store import UserLimitStore
@@ -1477,6 +1477,39 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     assert charts.model.selected_chart.strip.range == "auto"
     choose("Hide ")
     assert charts.strip_layout.channels == shown[1:]
+
+
+def test_a_chart_takes_further_channels_of_its_quantity_from_its_menu(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    view, charts = flight.view, flight.view.charts
+    menus = []
+
+    def actions() -> dict[str, QAction]:
+        menu = create_chart_menu(
+            charts, view._state, flight.commands.actions, 5.5, flight.display_style.units, view
+        )
+        menus.append(menu)
+        return {one.text(): one for one in menu.actions()}
+
+    position = charts.strip_layout.channels.index("alpha")
+    charts.editor.select(position)
+    further = actions()["Add channel"].menu().actions()
+    assert [one.text() for one in further] == [channel("de").title]
+    further[0].trigger()
+    assert [spec.id for spec in charts.model.selected_chart.specs] == ["alpha", "de"]
+    assert "Add channel" not in actions()
+    # What is saved is what is on screen, in a file of its own.
+    store = view.layouts._layouts
+    store.save(charts.strip_layout, "compared")
+    saved = store.load("compared").strips[position]
+    assert [one.channel for one in saved.traces] == ["alpha", "de"]
+    actions()[f"Remove {channel('alpha').title}"].trigger()
+    assert [spec.id for spec in charts.model.selected_chart.specs] == ["de"]
+    assert not any(text.startswith("Remove ") for text in actions())
+    strips = charts.strip_layout.strips
+    charts.editor.select([strip.channel for strip in strips].index("q"))
+    assert "Add channel" not in actions()
 
 
 def test_values_at_cursors_stand_once(flight: MainWindow, qtbot: QtBot) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from PySide6.QtGui import QAction, QFontMetricsF, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import QMenu, QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from gsapp.foundation import FlightError
+from gsapp.quantities import ChannelSpec, channel
 from ui.commands import CHART_PREFIX
 from ui.dialogs.file_dialogs import ask_save_file
 from ui.display_style import DisplayStyle
@@ -28,6 +30,7 @@ from ui.settings import SettingsStore
 from ui.strips.chart_keys import KEY_ACTIONS
 from ui.strips.pixel_columns import SampleSource
 from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import MAX_TRACES
 from ui.style_sheet import TAB_MARGIN
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
@@ -59,6 +62,7 @@ def create_chart_menu(
                 )
         menu.addAction(tr("Hide {title}").format(title=chart.specs[0].title), charts.editor.hide)
         menu.addAction(actions["chart_enlarge"])
+        _add_channel_actions(menu, charts, chart.specs, picture.present)
         menu.addSeparator()
         auto = menu.addAction(tr("Autoscale"), lambda: charts.editor.set_range(None))
         auto.setEnabled(chart.strip.range != "auto")
@@ -88,6 +92,29 @@ def create_chart_menu(
     menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
     menu.addAction(tr("Save as…"), lambda: export_chart_image(charts))
     return menu
+
+
+def _add_channel_actions(
+    menu: QMenu, charts: StripChart, shown: Sequence[ChannelSpec], present: AbstractSet[str]
+) -> None:
+    """Offer further channels of the same quantity for a chart, and to take one out of several."""
+    names = [spec.id for spec in shown]
+    others = [
+        spec
+        for spec in map(channel, sorted(present - set(names)))
+        if spec.quantity == shown[0].quantity
+    ]
+    if others and len(names) < MAX_TRACES:
+        further = menu.addMenu(tr("Add channel"))
+        for spec in others:
+            further.addAction(spec.title, partial(charts.editor.set_channels, [*names, spec.id]))
+    if len(names) > 1:
+        for spec in shown:
+            rest = [name for name in names if name != spec.id]
+            menu.addAction(
+                tr("Remove {title}").format(title=spec.title),
+                partial(charts.editor.set_channels, rest),
+            )
 
 
 def _copy_text(text: str) -> None:

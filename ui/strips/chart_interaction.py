@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from PySide6.QtCore import QObject, QPointF, Qt, Signal
@@ -12,6 +12,7 @@ from PySide6.QtGui import QWheelEvent
 from ui.strips.chart_canvas import ChartCanvas
 from ui.strips.chart_model import ChartModel
 from ui.strips.chart_state import scale_range
+from ui.strips.strip_layout import Trace
 from ui.widgets.wheel_scrolling import WheelStepCounter, scroll_steps
 
 
@@ -208,6 +209,14 @@ class ChartEditor(QObject):
     def hide(self) -> None:
         if self._model.layout.strips:
             self.layout_edited.emit(self._model.layout.with_strip(self._model.view.selected, None))
+
+    def set_channels(self, names: Sequence[str]) -> None:
+        """Show other channels of one quantity in the selected chart; lines that stay keep style."""
+        former = {
+            one.channel: one for one in self._model.layout.strips[self._model.view.selected].traces
+        }
+        traces = tuple(former.get(name, Trace(channel=name)) for name in names)
+        self._replace_selected({"traces": traces})
 
     def move(self, by: int) -> None:
         """Move the selected chart up (-1) or down (+1)."""

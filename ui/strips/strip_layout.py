@@ -19,6 +19,10 @@ TraceStyle = Literal["measured", "computed", "previous"]
 RangeMode = Literal["auto", "fixed", "limits"]
 
 
+MAX_TRACES = 4
+"""Lines in a chart, at most."""
+
+
 class Trace(StrictModel):
     """One line in a chart."""
 
@@ -48,7 +52,7 @@ class Strip(StrictModel):
     """One chart."""
 
     # One, or several of the same quantity, such as left and right elevator.
-    traces: Annotated[tuple[Trace, ...], Field(min_length=1, max_length=4)]
+    traces: Annotated[tuple[Trace, ...], Field(min_length=1, max_length=MAX_TRACES)]
     range: RangeMode = "auto"  # How the y axis is chosen.
     # The fixed range, SI.
     low: float | None = None
