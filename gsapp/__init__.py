@@ -5,11 +5,15 @@ and scripts. Each is imported when it is first used.
 """
 
 import os
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gsapp.api.flights import open  # noqa: A004  as h5py.File or PIL.Image.open
+    from gsapp.api.estimation import discrepancy, estimate, report
+    from gsapp.api.flights import fly, maneuvers, open  # noqa: A004  as PIL.Image.open
+    from gsapp.api.instruments import calibrate, compatibility
 
 # Matrices here are small: a second thread of the linear algebra only waits for the first (a fit
 # took 4 to 14 times the CPU with two). NumPy reads these when it is first imported; whoever
@@ -22,8 +26,27 @@ for _name in (
 ):
     os.environ.setdefault(_name, "1")
 
-__all__ = ["__version__", "open"]
-_MODULES = {"open": "gsapp.api.flights"}
+__all__ = [
+    "__version__",
+    "calibrate",
+    "compatibility",
+    "discrepancy",
+    "estimate",
+    "fly",
+    "maneuvers",
+    "open",
+    "report",
+]
+_MODULES = {
+    "calibrate": "gsapp.api.instruments",
+    "compatibility": "gsapp.api.instruments",
+    "discrepancy": "gsapp.api.estimation",
+    "estimate": "gsapp.api.estimation",
+    "fly": "gsapp.api.flights",
+    "maneuvers": "gsapp.api.flights",
+    "open": "gsapp.api.flights",
+    "report": "gsapp.api.estimation",
+}
 """Where each function is defined."""
 
 __version__: str
@@ -41,3 +64,23 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+class _CallablePackage(ModuleType):
+    """A package of the program that is also the function of its name."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        name = self.__name__.rpartition(".")[2]
+        return getattr(import_module(_MODULES[name]), name)(*args, **kwargs)
+
+
+class _Package(ModuleType):
+    """Makes subpackages callable that have the name of a function, when they are imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in _MODULES and isinstance(value, ModuleType):
+            value.__class__ = _CallablePackage
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from gsapp.api.result import FlightSource, Result, request_values, table_of, unit_system
 from gsapp.flight.flight import Flight
 from gsapp.flight.flight_loader import load_flight
+from gsapp.flight.maneuver_settings import ManeuverSettings
+from gsapp.flight.maneuvers import FlightManeuvers, uncalibrated_text
+from gsapp.quantities import channel, from_si
+from gsapp.session.graded_maneuvers import find_graded_maneuvers
+from gsapp.virtual.downlink.flight_recording import record_virtual_flight
+from gsapp.virtual.downlink.flight_settings import FlightSettings
+from gsapp.virtual.instruments import parse_sensor_fault
 
 
 def open(  # noqa: A001  as `gsapp.open` is called
@@ -46,7 +56,7 @@ def open(  # noqa: A001  as `gsapp.open` is called
     gsapp.foundation.GroundStationError
         If it cannot be read; the message says why and what to do.
     """
-    return load_flight(
+    flight = load_flight(
         path,
         channel_map=channel_map or None,
         certificates=calibration or None,
@@ -54,3 +64,87 @@ def open(  # noqa: A001  as `gsapp.open` is called
         raw=raw,
         native=native,
     )
+    given = {"aircraft": aircraft, "channel_map": channel_map, "calibration": calibration}
+    return replace(flight, opened_with={name: str(one) for name, one in given.items() if one})
+
+
+def maneuvers(
+    flight: FlightSource, *, units: str = "us", **settings: Any
+) -> Result[FlightManeuvers]:
+    """Find the maneuvers of a flight and grade them, as ``gsapp maneuvers``.
+
+    Parameters
+    ----------
+    flight : Flight, str or Path
+        An open flight, or the path of one.
+    units : {"us", "si"}, optional
+        Of the table.
+    **settings
+        aircraft, channel_map, calibration, as_found; see the table.
+
+    Returns
+    -------
+    Result
+        Table ``maneuvers``. The amplitude of a throttle step is a share, 0 to 1.
+    """
+    paths, values = request_values(flight, settings)
+    graded = find_graded_maneuvers(paths[0], ManeuverSettings(**values))
+    content = [one.to_json() for one in graded.found.maneuvers]
+    speed, angle = channel("V").display_unit(unit_system(units)), "deg"
+    count = len(content)
+    return Result(
+        summary=f"{graded.flight.name}: {count} maneuver{'' if count == 1 else 's'}.",
+        outcome=graded.found,
+        content=content,
+        tables={
+            "maneuvers": table_of(
+                "id t_start t_end inputs kind amplitude grade V alpha reasons",
+                (
+                    (
+                        one["id"], one["t_start"], one["t_end"], "+".join(one["inputs"]),
+                        one["kind"],
+                        one["amplitude"] if one["inputs"] == ["throttle"]
+                        else _shown(one["amplitude"], angle, "angle"),
+                        one["grade"], _shown(one["V"], speed, "speed"),
+                        _shown(one["alpha"], angle, "angle"), "; ".join(one["reasons"]),
+                    )
+                    for one in content
+                ),
+                t_start="s", t_end="s", amplitude=angle, V=speed, alpha=angle,
+            )
+        },
+        remarks=(
+            *graded.flight.calibration_remarks,
+            *graded.found.remarks,
+            *uncalibrated_text(graded.flight),
+        ),
+    )  # fmt: skip
+
+
+def _shown(value: float | None, unit: str, quantity: str) -> float | None:
+    return None if value is None else from_si(value, unit, quantity)
+
+
+def fly(out: str | Path, *, truth: str | Path = "", **settings: Any) -> Flight:
+    """Fly the virtual aircraft into a flight folder, as ``gsapp fly --out``.
+
+    Parameters
+    ----------
+    out : str or Path
+        The folder to write; it must be new or empty.
+    truth : str or Path, optional
+        Flight CSV for the true motion.
+    **settings
+        plan, seed, hide, turbulence and so on; see the table.
+
+    Returns
+    -------
+    Flight
+        As recorded.
+    """
+    folder = Path(out)
+    chosen = FlightSettings(**request_values((), settings)[1])
+    for text in chosen.faults:
+        parse_sensor_fault(text)
+    record_virtual_flight(chosen, folder, truth=Path(truth) if truth else None)
+    return load_flight(folder)

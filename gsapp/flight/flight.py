@@ -79,6 +79,9 @@ class Flight:
     native: bool = False
     """Whether `block` has the samples at their own times instead of a grid."""
 
+    opened_with: Mapping[str, str] = field(default_factory=dict)
+    """Aircraft, channel map and certificates in place of those of the flight, by setting."""
+
     @property
     def uncalibrated_channels(self) -> tuple[str, ...]:
         return uncalibrated_channels(self.sources)

@@ -43,6 +43,9 @@ class DataTable:
     units: Mapping[str, str] = field(default_factory=dict)  # Of columns that have one.
     index: str = ""  # The column that becomes the index of a data frame.
 
+    def __len__(self) -> int:
+        return max(map(len, self.columns.values()), default=0)
+
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a data frame; ``attrs["units"]`` holds the unit of each column that has one."""
         frame = import_notebook_package("pandas").DataFrame(dict(self.columns))

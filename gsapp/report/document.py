@@ -102,6 +102,17 @@ class DocumentFigure:
     """Returns the numbers that are drawn, in full, under headings with units; None for a picture
     that has none to give."""
 
+    def to_figure(self, dpi: float = 150.0) -> Figure:
+        """Return the figure as Matplotlib has it, drawn."""
+        with figure_style():
+            figure = Figure(figsize=(FIGURE_WIDTH, self.height), dpi=dpi)
+            FigureCanvasAgg(figure)
+            self.draw(figure)
+        return figure
+
+    def _repr_png_(self) -> bytes:
+        return render_png(self)
+
 
 DocumentPart = Paragraph | DocumentTable | DocumentFigure
 
@@ -186,11 +197,8 @@ def figure_style(palette: Palette = PRINT_PALETTE) -> Iterator[None]:
 def render_png(picture: DocumentFigure, *, dpi: float = 150.0) -> bytes:
     """Return a picture as PNG; the same picture gives the same bytes."""
     with figure_style():
-        figure = Figure(figsize=(FIGURE_WIDTH, picture.height), dpi=dpi)
-        FigureCanvasAgg(figure)
-        picture.draw(figure)
         content = io.BytesIO()
-        figure.savefig(content, format="png", metadata={"Software": None})
+        picture.to_figure(dpi).savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
 
 

@@ -8,7 +8,12 @@ from typing import Final
 
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
+from gsapp.identification.methods import short_method_title
+from gsapp.identification.results import Estimate
+from gsapp.identification.runs.run_execution import RunOutcome
+from gsapp.identification.statistics.influence import influence_warnings
 from gsapp.identification.summary import CampaignSummary, ConditionTrend, DerivativeSummary
+from gsapp.identification.summary.method_comparison import contradiction_warnings
 from gsapp.quantities import channel, clock_text, from_si
 from gsapp.report.settings import REPORT
 
@@ -268,3 +273,62 @@ def _condition(conditions: Mapping[str, float], name: str, units: str) -> str:
     spec = channel(name)
     unit = spec.display_unit(units)
     return f"{from_si(conditions[name], unit, spec.quantity):.{spec.decimals(unit)}f}"
+
+
+def outcome_remarks(outcome: RunOutcome) -> list[str]:
+    """Return what is to be said, each sentence once, with the maneuvers it is about."""
+    said: dict[str, list[str]] = {}
+    for one in outcome.result.results:
+        told = (one.failure,) if one.estimate is None else one.estimate.warnings
+        told = (*told, *_comparison_warnings(one))
+        why = () if one.estimate is None else _unknown_reasons(one.estimate)
+        # The maneuvers are named once, in front.
+        own = f"maneuver {one.maneuver.id}: "
+        for sentence in (*told, *why):
+            said.setdefault(sentence.removeprefix(own), []).append(one.maneuver.id)
+    remarks = dict.fromkeys(
+        (
+            *outcome.remarks,
+            *outcome.result.remarks,
+            *contradiction_warnings(outcome.result),
+            *(
+                f"joint fit, axis {fit.axis}: {text}"
+                for fit in outcome.result.joint
+                for text in influence_warnings(fit.influences)
+            ),
+        )
+    )
+    return [
+        *remarks,
+        *(
+            f"maneuver{'s' if len(ids) > 1 else ''} {', '.join(ids)}: {sentence}"
+            for sentence, ids in said.items()
+        ),
+    ]
+
+
+def _unknown_reasons(estimate: Estimate) -> tuple[str, ...]:
+    """Return each reason for which derivatives were not earned, once, with their names."""
+    reasons: dict[str, list[str]] = {}
+    for name, found in estimate.derivatives.items():
+        if found.status in ("unknown", "not-identifiable") and found.why:
+            reasons.setdefault(found.why, []).append(name)
+    every = sum(len(names) for names in reasons.values())
+    return tuple(
+        f"{'no derivative' if len(names) == every > 1 and not estimate.free else ', '.join(names)}"
+        f": {why}"
+        for why, names in reasons.items()
+        # Said already.
+        if why not in estimate.warnings
+    )
+
+
+def _comparison_warnings(one: ManeuverResult) -> tuple[str, ...]:
+    """Return what other methods warn of and the own does not."""
+    own = () if one.estimate is None else one.estimate.warnings
+    return tuple(
+        f"{short_method_title(method)}: {text}"
+        for method, estimate in one.comparisons.items()
+        for text in estimate.warnings
+        if text not in own
+    )

@@ -105,10 +105,19 @@ def test_each_sample_at_its_own_time(tmp_path):
 
 
 PARAMETERS = {
+    "gsapp.calibrate": "points channel out degree excitation travel who temperature former",
+    "gsapp.compatibility": "flights error units settings",
+    "gsapp.discrepancy": "flights out units settings",
+    "gsapp.estimate": "flights units settings",
+    "gsapp.fly": "out truth settings",
+    "gsapp.maneuvers": "flight units settings",
     "gsapp.open": "path aircraft channel_map calibration native raw",
+    "gsapp.report": "flights out validate units dated settings",
     "Flight.to_dataframe": "self channels units",
     "Flight.to_numpy": "self channels units",
     "Flight.to_xarray": "self channels units",
+    "Result.to_dataframe": "self table",
+    "Result.to_dict": "self",
 }
 """Scripts of users call these: a name or parameter stays."""
 

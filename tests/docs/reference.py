@@ -15,14 +15,20 @@ from typing import Any
 import typer
 
 import gsapp
+from gsapp.api.result import Result
 from gsapp.cli._commands import LINKS
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.discrepancy.effect_catalog import all_effects
+from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.flight.flight import Flight
+from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import errors
+from gsapp.foundation.settings import SettingsModel, setting_info
+from gsapp.identification.estimate_settings import EstimateSettings
 from gsapp.quantities.channels import CHANNELS
 from gsapp.telemetry.link_kinds import BUILT_IN_KINDS
+from gsapp.virtual.downlink.flight_settings import FlightSettings
 from ui.commands import COMMANDS
 
 FOLDER = Path(__file__).parents[2] / "docs" / "reference"
@@ -205,7 +211,32 @@ def public_functions() -> dict[str, Callable[..., Any]]:
     return found
 
 
-API_CLASSES = (Flight,)
+_FLIGHT_SETTINGS = ("aircraft", "channel_map", "calibration", "as_found")
+API_SETTINGS: dict[str, tuple[type[SettingsModel], tuple[str, ...]]] = {
+    "gsapp.compatibility": (ManeuverSettings, (*_FLIGHT_SETTINGS, "maneuver_windows")),
+    "gsapp.discrepancy": (DiscrepancySettings, tuple(DiscrepancySettings.model_fields)),
+    "gsapp.estimate": (EstimateSettings, tuple(EstimateSettings.model_fields)),
+    "gsapp.fly": (FlightSettings, tuple(FlightSettings.model_fields)),
+    "gsapp.maneuvers": (ManeuverSettings, _FLIGHT_SETTINGS),
+}
+"""What the functions take as further keywords."""
+
+
+def _settings(asked: tuple[type[SettingsModel], tuple[str, ...]] | tuple[()]) -> Iterator[str]:
+    """Yield the table of the settings that a function takes."""
+    if not asked:
+        return
+    model, names = asked
+    rows = []
+    for name in names:
+        field = model.model_fields[name]
+        default = field.default if field.default not in ("", (), None) else None
+        shown = f"`{default!r}`" if default is not None else setting_info(field).default_text
+        rows.append((f"`{name}`", shown, str(field.description)))
+    yield from _table(("setting", "default", "meaning"), rows)
+
+
+API_CLASSES = (Flight, Result)
 """What the functions of the Python API return."""
 _SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
 
@@ -214,7 +245,7 @@ def _docstring(function: Callable[..., Any]) -> str:
     """Return a numpydoc docstring as Markdown: sections as headings, parameters as lists."""
     text = _SECTION.sub(r"**\1**\n", (inspect.getdoc(function) or "").replace("``", "`"))
     text = re.sub(r"(?m)^(\w+) : (.+)\n    ", r"- `\1` (\2): ", text)
-    text = re.sub(r"(?m)^(?!- )(\w[\w., ()]*)\n    (?=\S)", r"- `\1`: ", text)
+    text = re.sub(r"(?m)^(?!- )((?:\*\*)?\w[\w., ()]*)\n    (?=\S)", r"- `\1`: ", text)
     return re.sub(r"(?m)^    ", "  ", text)
 
 
@@ -240,6 +271,7 @@ def api() -> str:
         signature = re.sub(r"(: |-> )'([^']+)'", r"\1\2", signature)
         lines += [f"## {name}", "", "```python", f"{name}{signature}", "```", ""]
         lines += [_docstring(function), ""]
+        lines += _settings(API_SETTINGS.get(name, ()))
     return _page("Python API", *lines)
 
 
