@@ -72,7 +72,6 @@ def estimate(
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
     from gsapp.foundation.name_suggestions import did_you_mean
-    from gsapp.identification.runs.inputs import FlightCache
     from gsapp.identification.runs.request import RunRequest, check_names
     from gsapp.identification.runs.run_execution import check_fitted, execute_run
     from gsapp.identification.runs.run_store import save_run
@@ -96,16 +95,15 @@ def estimate(
     known = load_model(request.model) if request.model else None
     with as_usage_error():
         check_names(request, known)
-    flight_cache = FlightCache()
     outcome = console.run_with_progress_bar(
-        lambda doing, step: execute_run(request, flights=flight_cache, doing=doing, progress=step)
+        lambda doing, step: execute_run(request, doing=doing, progress=step)
     )
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
             kept = f"kept as run {save_run(store, outcome)} in {catalog}"
     if json is not None:
-        write_json(json, outcome_json(outcome, flight_cache))
+        write_json(json, outcome_json(outcome))
     print_outcome(console, outcome)
     if form:
         _print_forms(console, outcome, form)

@@ -102,7 +102,7 @@ def report(
 
     outcome, written = console.run_with_progress_bar(work)
     if json is not None:
-        content = outcome_json(outcome, flight_cache) | {"written": [str(one) for one in written]}
+        content = outcome_json(outcome) | {"written": [str(one) for one in written]}
         write_json(json, content)
     console.print_sentence(estimate_headline(outcome.summary, outcome.result))
     for sentence in outlier_maneuver_text(outcome.summary):

@@ -12,13 +12,11 @@ import numpy as np
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import Model, format_model
-from gsapp.flight.flight import calibration_json
 from gsapp.foundation.delimited_text import delimited_text
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.estimate_json import campaign_json, value_json
 from gsapp.identification.linear_models.linear_model_files import linear_model_text
 from gsapp.identification.linear_models.signals import LINEAR_STATES, LinearAxis
-from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
 from gsapp.identification.runs.run_execution import RunOutcome
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.campaign_linear_models import LinearModelValidation
@@ -96,9 +94,8 @@ def campaign_files(outcome: RunOutcome, linear: LinearModelValidation) -> dict[s
     return {name: file_content(name, outcome, linear) for name in file_names(outcome, linear)}
 
 
-def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
+def outcome_json(outcome: RunOutcome) -> dict[str, Any]:
     """Return what a run gave, with the certificates that its flights were read with."""
-    opened = [flights.open(one).opened for one in flight_open_requests(outcome.request)]
     content: dict[str, Any] = campaign_json(outcome.result)
     instruments = [
         {
@@ -120,7 +117,7 @@ def outcome_json(outcome: RunOutcome, flights: FlightCache) -> dict[str, Any]:
             outcome.result,
             {name: one.value for name, one in outcome.summary.derivatives.items()},
         ),
-        "calibration": calibration_json(one.flight for one in opened),
+        "calibration": list(outcome.calibration),
     }
 
 

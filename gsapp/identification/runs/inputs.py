@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
 
 from calibration import certificate_paths
+from gsapp.aircraft import file_warnings
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT as AIRCRAFT_FILES
 from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.dynamics.model import SHIPPED_MODELS as MODELS
+from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.events import events_path
 from gsapp.flight.file_names import CACHE_FOLDER
 from gsapp.flight.folder import FlightFolder
@@ -22,6 +27,7 @@ from gsapp.flight.maneuvers import (
     ManeuverAssessor,
     collect_maneuvers,
     parse_maneuver_windows,
+    uncalibrated_text,
 )
 from gsapp.flight.provenance import NON_DATA_FILES, InputFile, hash_input_file
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
@@ -31,9 +37,10 @@ from gsapp.identification.maneuver import Maneuver, OpenedFlight, cut_flight_man
 from gsapp.identification.runs.request import RunRequest, SelectedManeuver
 from gsapp.identification.weights import SHIPPED_WEIGHTS as WEIGHTS
 from gsapp.identification.weights import Weights, load_weights
+from gsapp.quantities import Block
 
 _MAX_FLIGHTS: Final = 40
-"""Flights kept open. Ten minutes of one take some 12 MB."""
+"""Flights that a window keeps open. Ten minutes of one take some 12 MB."""
 
 _IGNORED_NAMES: Final = NON_DATA_FILES | {CACHE_FOLDER}
 """Files and folders in a flight folder that say nothing of the record."""
@@ -73,9 +80,12 @@ class FlightCache:
     """Keeps opened flights as long as their files stay as they are.
 
     Not for several threads at once.
+
+    `max_flights`: kept open; those used last.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, max_flights: int = _MAX_FLIGHTS) -> None:
+        self._max_flights = max_flights
         self._entries: dict[FlightOpenRequest, _CacheEntry] = {}
 
     def open(
@@ -138,7 +148,7 @@ class FlightCache:
             known = _open_entry(opening, stamps)
         # The last one used stands last.
         self._entries[opening] = known
-        while len(self._entries) > _MAX_FLIGHTS:
+        while len(self._entries) > self._max_flights:
             del self._entries[next(iter(self._entries))]
         return known
 
@@ -242,13 +252,13 @@ def weights_file(request: RunRequest) -> Weights | None:
     return load_weights(request.weights)
 
 
-def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[InputFile, ...]:
+def input_files(request: RunRequest, flown: Sequence[FlightSelection]) -> tuple[InputFile, ...]:
     """Return the files of a run with their sums when they were read.
 
     Files of a model or of weights are among them only if the settings did not hold these already.
 
     `request`: as it was asked, with whole paths.
-    `shelved`: its flights.
+    `flown`: its flights.
 
     Raises `FlightError` if one cannot be read.
     """
@@ -264,7 +274,7 @@ def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[I
     certificates = certificate_paths(request.calibration) if request.calibration else ()
     try:
         return (
-            *(one.file for one in shelved),
+            *(one.file for one in flown),
             *(
                 hash_input_file(role, shipped.find(name), name=name)
                 for role, name, shipped in named
@@ -286,29 +296,53 @@ StatusCallback = Callable[[str], object]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightSelection:
-    """The maneuvers of one flight of a run."""
+    """The maneuvers of one flight of a run, and what the run says of the flight: no samples."""
 
+    name: str
+    file: InputFile  # With its sum when it was read.
+    aircraft: str  # Name of the one that flew.
     cut: tuple[Maneuver, ...]  # To be used.
     detected: tuple[DetectedManeuver, ...]  # The same, as they stand in the flight.
-    stored: tuple[DetectedManeuver, ...]
-    """What a catalog is told of: all of the flight, or those that were named."""
+    entry: FlightEntry
+    """What a catalog is told of: all maneuvers of the flight, or those that were named."""
     remarks: tuple[str, ...]
+    doubts: tuple[str, ...]  # What is suspicious about the aircraft file.
+    uncalibrated: tuple[str, ...]  # Which inputs and answers were volts only, in words.
+    calibration: Mapping[str, Any]  # `Flight.calibration_json`.
+    digest: str  # Of the samples: the same for copies of one flight.
     no_maneuvers_text: str = ""  # Why none was cut; empty where one was.
 
 
-def select_maneuvers(
-    request: RunRequest, flights: FlightCache, *, doing: StatusCallback | None = None
-) -> tuple[FlightSelection, ...]:
-    """Return the maneuvers of a run, flight by flight.
+def check_requested_maneuvers(request: RunRequest) -> None:
+    """Raise `FlightError` if a window or a named maneuver belongs to no flight of the request."""
+    if not request.maneuvers:
+        parse_maneuver_windows(request.maneuver_windows, len(request.flights))
+    strange = {one.flight for one in request.maneuvers} - set(request.flights)
+    if strange:
+        raise FlightError(
+            f"the maneuvers of {', '.join(sorted(map(str, strange)))} cannot be used: it is not "
+            "among the flights of this run; add it"
+        )
+
+
+def select_flight_maneuvers(
+    request: RunRequest,
+    number: int,
+    flights: FlightCache | None = None,
+    doing: StatusCallback | None = None,
+) -> FlightSelection:
+    """Return the maneuvers of one flight of a run.
 
     `request`: with whole paths.
+    `number`: of the flight, from 1.
 
-    Raises `GroundStationError` if a flight cannot be read, a window cannot, or a maneuver is not
-    where it should be.
+    Raises `GroundStationError` if the flight cannot be read, or a maneuver is not where it should
+    be.
     """
-    if request.maneuvers:
-        return _requested_maneuvers(request, flights, doing)
-    return _all_flight_maneuvers(request, flights, doing)
+    flight_cache = FlightCache(max_flights=1) if flights is None else flights
+    opening = flight_open_requests(request)[number - 1]
+    select = _requested_maneuvers if request.maneuvers else _all_flight_maneuvers
+    return select(request, number, opening, flight_cache, doing)
 
 
 def selected_maneuvers(
@@ -334,68 +368,100 @@ def selected_maneuvers(
 
 def _all_flight_maneuvers(
     request: RunRequest,
+    number: int,
+    opening: FlightOpenRequest,
     flight_cache: FlightCache,
     doing: StatusCallback | None,
-) -> tuple[FlightSelection, ...]:
-    """Return all maneuvers that stand in the flights, or those of the windows given."""
-    windows = parse_maneuver_windows(request.maneuver_windows, len(request.flights))
-    flown = []
-    for number, opening in enumerate(flight_open_requests(request), start=1):
-        named = tuple(
-            f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
-        )
-        surveyed = flight_cache.detected_maneuvers(
-            opening, windows=named, as_found=request.as_found, doing=doing
-        )
-        every = request.every_grade or bool(named)
-        prefix = _prefix(request, number)
-        opened = flight_cache.open(opening).opened
-        own = cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=every)
-        ids = {one.id.removeprefix(prefix) for one in own.maneuvers}
-        flown.append(
-            FlightSelection(
-                detected=tuple(found for found in surveyed.maneuvers if found.id in ids),
-                cut=own.maneuvers,
-                stored=surveyed.maneuvers,
-                remarks=own.remarks,
-                no_maneuvers_text=own.no_maneuvers_text,
-            )
-        )
-    return tuple(flown)
+) -> FlightSelection:
+    """Return all maneuvers that stand in a flight, or those of the windows given."""
+    windows = tuple(
+        f"{window.start!r}:{window.stop!r}"
+        for window in parse_maneuver_windows(request.maneuver_windows, len(request.flights))
+        if window.flight == number
+    )
+    surveyed = flight_cache.detected_maneuvers(
+        opening, windows=windows, as_found=request.as_found, doing=doing
+    )
+    every = request.every_grade or bool(windows)
+    prefix = _prefix(request, number)
+    cached = flight_cache.open(opening)
+    own = cut_flight_maneuvers(cached.opened, surveyed, prefix=prefix, every_grade=every)
+    ids = {one.id.removeprefix(prefix) for one in own.maneuvers}
+    return _selection(
+        request,
+        cached,
+        own.maneuvers,
+        detected=tuple(found for found in surveyed.maneuvers if found.id in ids),
+        stored=surveyed.maneuvers,
+        remarks=own.remarks,
+        no_maneuvers_text=own.no_maneuvers_text,
+    )
 
 
 def _requested_maneuvers(
     request: RunRequest,
+    number: int,
+    opening: FlightOpenRequest,
     flight_cache: FlightCache,
     doing: StatusCallback | None,
-) -> tuple[FlightSelection, ...]:
-    """Return the maneuvers that were named, with exactly their edges."""
-    strange = {one.flight for one in request.maneuvers} - set(request.flights)
-    if strange:
-        raise FlightError(
-            f"the maneuvers of {', '.join(sorted(map(str, strange)))} cannot be used: it is not "
-            "among the flights of this run; add it"
-        )
-    flown = []
-    for number, opening in enumerate(flight_open_requests(request), start=1):
-        opened = flight_cache.open(opening, doing=doing).opened
-        named = [own for own in request.maneuvers if own.flight == request.flights[number - 1]]
-        cut = tuple(
-            opened.cut(
-                _prefix(request, number) + own.id, own.t_start, own.t_end, own.inputs, own.kind
-            )
-            for own in named
-        )
-        found = tuple(
-            own.found
-            for own in named
-            if own.found is not None and _is_same_maneuver(own.found, own)
-        )
-        if len(found) < len(named):
-            surveyed = flight_cache.detected_maneuvers(opening, latest=False, doing=doing)
-            found = tuple(_detected_maneuver(own, surveyed, opened) for own in named)
-        flown.append(FlightSelection(detected=found, cut=cut, stored=found, remarks=opened.remarks))
-    return tuple(flown)
+) -> FlightSelection:
+    """Return the maneuvers of a flight that were named, with exactly their edges."""
+    cached = flight_cache.open(opening, doing=doing)
+    opened = cached.opened
+    named = [own for own in request.maneuvers if own.flight == request.flights[number - 1]]
+    cut = tuple(
+        opened.cut(_prefix(request, number) + own.id, own.t_start, own.t_end, own.inputs, own.kind)
+        for own in named
+    )
+    found = tuple(
+        own.found for own in named if own.found is not None and _is_same_maneuver(own.found, own)
+    )
+    if len(found) < len(named):
+        surveyed = flight_cache.detected_maneuvers(opening, latest=False, doing=doing)
+        found = tuple(_detected_maneuver(own, surveyed, opened) for own in named)
+    return _selection(request, cached, cut, detected=found, stored=found, remarks=opened.remarks)
+
+
+def _selection(
+    request: RunRequest,
+    cached: CachedFlight,
+    cut: tuple[Maneuver, ...],
+    *,
+    detected: tuple[DetectedManeuver, ...],
+    stored: tuple[DetectedManeuver, ...],
+    remarks: tuple[str, ...],
+    no_maneuvers_text: str = "",
+) -> FlightSelection:
+    opened = cached.opened
+    flight, aircraft = opened.flight, opened.aircraft.name
+    return FlightSelection(
+        name=flight.name,
+        file=cached.file,
+        aircraft=aircraft,
+        cut=cut,
+        detected=detected,
+        entry=FlightEntry.from_flight(
+            flight,
+            stored,
+            aircraft=aircraft,
+            complete=not (request.maneuvers or request.maneuver_windows),
+        ),
+        remarks=tuple(f"{flight.name}: {remark}" for remark in remarks),
+        doubts=tuple(
+            f"{opened.file_aircraft.name}: {doubt}" for doubt in file_warnings(opened.file_aircraft)
+        ),
+        uncalibrated=tuple(f"{flight.name}: {text}" for text in uncalibrated_text(flight)),
+        calibration=flight.calibration_json(),
+        digest=_samples_digest(flight.block),
+        no_maneuvers_text=no_maneuvers_text,
+    )
+
+
+def _samples_digest(block: Block) -> str:
+    found = hashlib.blake2b(repr(block.channels).encode(), digest_size=16)
+    for samples in (block.times, block.values):
+        found.update(np.ascontiguousarray(samples).data)
+    return found.hexdigest()
 
 
 def _detected_maneuver(

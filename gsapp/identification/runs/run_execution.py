@@ -6,16 +6,13 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-import numpy as np
-
-from gsapp.aircraft import SHIPPED_AIRCRAFT, file_warnings, write_sensor_values
+from gsapp.aircraft import SHIPPED_AIRCRAFT, write_sensor_values
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.maneuvers import uncalibrated_text
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
@@ -28,14 +25,14 @@ from gsapp.identification.compatibility import (
 )
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.inputs import (
-    CachedFlight,
     FlightCache,
+    FlightSelection,
     StatusCallback,
-    flight_open_requests,
+    check_requested_maneuvers,
     in_requested_order,
     input_files,
     run_versions,
-    select_maneuvers,
+    select_flight_maneuvers,
     selected_maneuvers,
     weights_file,
     with_absolute_paths,
@@ -75,6 +72,8 @@ class RunOutcome:
     flights: tuple[FlightEntry, ...] = ()  # What a catalog keeps of the flights.
     uncalibrated: tuple[str, ...] = ()
     """Which inputs and answers of the flights were volts only, in words."""
+    calibration: tuple[Mapping[str, Any], ...] = ()
+    """By flight: its name and the certificates that it was read with, for programs."""
 
     @property
     def sensor_values(self) -> Mapping[str, Mapping[str, float]]:
@@ -99,7 +98,8 @@ def execute_run(
     Parameters
     ----------
     flights : FlightCache, optional
-        Flights that are open already; those of this run are open there afterwards.
+        Flights that are open already; those of this run are open there afterwards. Without it
+        one flight at a time is open.
     doing : callable, optional
         Told what is being done before the fits begin.
     progress : callable, optional
@@ -119,19 +119,20 @@ def execute_run(
     CanceledError
         If `progress` returned False.
     """
-    flight_cache = FlightCache() if flights is None else flights
+    flight_cache = FlightCache(max_flights=1) if flights is None else flights
     request = with_absolute_paths(request)
     model = request.known_model
     if model is None and request.model:
         model = load_model(request.model)
     file = weights_file(request)
-    flown = select_maneuvers(request, flight_cache, doing=doing)
-    shelved = [flight_cache.open(opening) for opening in flight_open_requests(request)]
+    check_requested_maneuvers(request)
+    flown = tuple(
+        select_flight_maneuvers(request, number, flight_cache, doing)
+        for number in range(1, len(request.flights) + 1)
+    )
     if not any(own.cut for own in flown):
         why = "; ".join(
-            f"{one.opened.flight.name}: {own.no_maneuvers_text}"
-            for one, own in zip(shelved, flown, strict=True)
-            if own.no_maneuvers_text
+            f"{own.name}: {own.no_maneuvers_text}" for own in flown if own.no_maneuvers_text
         )
         raise FlightError(
             f"no maneuver to estimate from{': ' if why else ''}{why}; name windows with "
@@ -142,7 +143,7 @@ def execute_run(
         known_model=model,
         response_weights=request.response_weights
         if file is None
-        else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
+        else {one.name: file.for_flight(one.name) for one in flown},
     )
     cut = in_requested_order(request, flown)
     errors: tuple[InstrumentError, ...] = ()
@@ -162,63 +163,37 @@ def execute_run(
         raise UnknownNameError(f"no maneuver '{unknown[0]}' to exclude from the means; {hint}")
     summary = summarize_campaign(result, without=request.without)
     models, why_not = build_linear_models(result, summary)
-    read = [
-        f"{one.opened.flight.name}: {remark}"
-        for one, own in zip(shelved, flown, strict=True)
-        for remark in own.remarks
-    ]
-    # Of mass and inertia: moments rest on them.
-    doubts = [
-        f"{one.opened.file_aircraft.name}: {doubt}"
-        for one in shelved
-        for doubt in file_warnings(one.opened.file_aircraft)
-    ]
     return RunOutcome(
         request=used,
-        aircraft=shelved[0].opened.aircraft.name,
+        aircraft=flown[0].aircraft,
         result=result,
         summary=summary,
         models=models,
         remarks=tuple(
             dict.fromkeys(
                 (
-                    *_duplicate_flight_warnings(shelved),
+                    *_duplicate_flight_warnings(flown),
                     *(one.text for one in errors),
-                    *doubts,
-                    *read,
+                    # Of mass and inertia: moments rest on them.
+                    *(doubt for own in flown for doubt in own.doubts),
+                    *(remark for own in flown for remark in own.remarks),
                     *why_not,
                 )
             )
         ),
         instruments=errors,
-        inputs=input_files(request, shelved),
+        inputs=input_files(request, flown),
         versions=run_versions(),
-        uncalibrated=tuple(
-            f"{one.opened.flight.name}: {text}"
-            for one in shelved
-            for text in uncalibrated_text(one.opened.flight)
-        ),
-        flights=tuple(
-            FlightEntry.from_flight(
-                one.opened.flight,
-                own.stored,
-                aircraft=one.opened.aircraft.name,
-                complete=not (request.maneuvers or request.maneuver_windows),
-            )
-            for one, own in zip(shelved, flown, strict=True)
-        ),
+        uncalibrated=tuple(text for own in flown for text in own.uncalibrated),
+        calibration=tuple({"flight": own.name, **own.calibration} for own in flown),
+        flights=tuple(own.entry for own in flown),
     )
 
 
-def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]:
+def _duplicate_flight_warnings(flown: Sequence[FlightSelection]) -> Iterator[str]:
     """Say of flights that are copies of one another that they narrow the bounds of the means."""
-    blocks = [one.opened.flight.block for one in shelved]
-    for (place, one), (other_place, other) in combinations(enumerate(blocks, start=1), 2):
-        if (
-            one.channels == other.channels
-            and np.array_equal(one.times, other.times)
-            and np.array_equal(one.values, other.values, equal_nan=True)
-        ):
+    for (place, one), (other_place, other) in combinations(enumerate(flown, start=1), 2):
+        if one.digest == other.digest:
             yield (
                 f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
                 "twice and the bounds of the means are too small; exclude one"
