@@ -5,11 +5,16 @@ A word means the same in all commands; `tests/cli/test_words.py` holds them to i
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from gsapp.foundation.executors import WorkerPool
 
 # `readable=False`: what cannot be read is told by the command, in one sentence, with exit code 1.
 FlightPath = Annotated[
@@ -67,3 +72,39 @@ CatalogFile = Annotated[
         "--catalog", readable=False, metavar="FILE", help="Save the results in this catalog"
     ),
 ]
+
+
+def _check_address(address: str | None) -> str | None:
+    from gsapp.foundation import GroundStationError
+    from gsapp.foundation.executors import WorkerPool
+
+    try:
+        if address is not None:
+            WorkerPool(address)
+    except GroundStationError as error:
+        raise typer.BadParameter(str(error)) from error
+    return address
+
+
+On = Annotated[
+    str | None,
+    typer.Option(
+        "--on",
+        metavar="WORKERS",
+        callback=_check_address,
+        help="Run on several processes: local, local:4 of this computer, dask://HOST:8786 or "
+        "dask://local:4; the numbers are the same",
+    ),
+]
+
+
+@contextmanager
+def open_workers(address: str | None) -> Iterator[WorkerPool | None]:
+    """Give the workers of an address while this lasts; None where there is no address."""
+    from gsapp.foundation.executors import WorkerPool
+
+    if address is None:
+        yield None
+        return
+    with WorkerPool(address) as pool:
+        yield pool

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import ESTIMATE_SETTINGS, takes_settings
-from gsapp.cli._options import CatalogFile, FlightPaths, JsonFile, Units
+from gsapp.cli._options import CatalogFile, FlightPaths, JsonFile, On, Units, open_workers
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -43,6 +43,7 @@ def estimate(
             "angles at the vanes) or state-space (A, B, modes); repeatable",
         ),
     ] = None,
+    on: On = None,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -59,6 +60,8 @@ def estimate(
     Example: gsapp estimate flights/a --form dimensional-vane --form state-space
 
     Example: gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
+
+    Example: gsapp estimate flights/* --on local --json derivatives.json
 
     Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
@@ -95,9 +98,12 @@ def estimate(
     known = load_model(request.model) if request.model else None
     with as_usage_error():
         check_names(request, known)
-    outcome = console.run_with_progress_bar(
-        lambda doing, step: execute_run(request, doing=doing, progress=step)
-    )
+    with open_workers(on) as pool:
+        outcome = console.run_with_progress_bar(
+            lambda doing, step: execute_run(
+                request, doing=doing, progress=step, pool=pool, keep_samples=False
+            )
+        )
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:

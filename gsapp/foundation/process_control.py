@@ -14,6 +14,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO, NoReturn
 
@@ -61,6 +62,28 @@ def block_sigint() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+def initialize_worker(wanted: Connection, niceness: int = 0) -> None:
+    """Make a worker process leave Ctrl+C to its parent, and yield to other processes.
+
+    Parameters
+    ----------
+    wanted : Connection
+        The process ends at once when the other end is closed, or its parent was killed.
+    niceness : int
+        See `lower_priority`.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if niceness:
+        lower_priority(niceness)
+    threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
+
+
+def _end_when_closed(wanted: Connection) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        wanted.recv_bytes()
+    os._exit(1)
 
 
 @contextmanager

@@ -9,14 +9,16 @@ airspeed or angle of attack come after the others of their kind and start from t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from pydantic import Field, NonNegativeFloat
 
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.executors import WorkerLostError, WorkerPool, map_tasks
 from gsapp.identification import equation_error, ftr
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.aircraft_uncertainty import AircraftUncertainty, aircraft_uncertainty
@@ -465,18 +467,61 @@ class CanceledError(GroundStationError):
     """The user stopped a campaign."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fit:
+    """What a fit gave: estimates, or why there are none."""
+
+    estimate: Estimate | None
+    comparisons: Mapping[str, Estimate] = field(default_factory=dict)
+    failure: str = ""
+
+    def without_histories(self) -> _Fit:
+        return replace(
+            self,
+            estimate=None if self.estimate is None else replace(self.estimate, histories=()),
+            comparisons={
+                method: replace(one, histories=()) for method, one in self.comparisons.items()
+            },
+        )
+
+
+def _fit_maneuvers(fit: JointFit, keep_histories: bool) -> _Fit:
+    maneuvers = tuple(replace(one, block=one.block.in_memory()) for one in fit.maneuvers)
+    try:
+        estimate, others = replace(fit, maneuvers=maneuvers).by_all_methods()
+    except FlightError as error:
+        return _Fit(estimate=None, failure=str(error))
+    found = _Fit(estimate=estimate, comparisons=others)
+    return found if keep_histories else found.without_histories()
+
+
 def run_campaign(
     maneuvers: Sequence[Maneuver],
     settings: CampaignSettings,
     *,
     progress: CampaignProgressCallback | None = None,
+    pool: WorkerPool | None = None,
+    keep_histories: bool = True,
 ) -> CampaignResult:
     """Estimate from every maneuver.
 
-    `maneuvers`: of one or several flights.
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Of one or several flights.
+    progress : callable, optional
+        Told of the fits; returning False stops.
+    pool : WorkerPool, optional
+        Where fits run; the numbers are the same to the last bit. In this process without it.
+    keep_histories : bool
+        Whether estimates hold `Estimate.histories`.
 
-    Raises `FlightError` if there is no maneuver of the axis asked for. Raises `CanceledError` if
-    `progress` returned False.
+    Raises
+    ------
+    FlightError
+        If there is no maneuver of the axis asked for.
+    CanceledError
+        If `progress` returned False.
     """
     if settings.inputs:
         maneuvers = [replace(one, inputs=settings.inputs) for one in maneuvers]
@@ -501,45 +546,58 @@ def run_campaign(
             "'gsapp maneuvers'"
         )
     groups = _group_by_axis(chosen) if settings.joint else []
-    total, done = len(chosen) + len(groups), 0
+    total = len(chosen) + len(groups)
     found: dict[int, ManeuverResult] = {}
+    joint: list[_Fit] = []
     means: Mapping[str, CampaignValue] = {}
     known = campaign_assumed_constants([one for one, _ in chosen])
     rounds = [_fitting_order(one, settings, known) for one, _ in chosen]
+    work = partial(_fit_maneuvers, keep_histories=keep_histories)
+    # A request names all flights and maneuvers, of which a fit needs none.
+    own = CampaignSettings(
+        **{name: getattr(settings, name) for name in CampaignSettings.model_fields}
+    )
+
+    def fits(parts: Iterable[tuple[Axis, tuple[Maneuver, ...]]]) -> Iterator[JointFit]:
+        for axis, together in parts:
+            several = len(together) > 1
+            what = f"{len(together)} maneuvers jointly" if several else f"maneuver {together[0].id}"
+            _report_progress(progress, len(found) + len(joint), total, what)
+            yield JointFit(maneuvers=together, axis=axis, settings=own, means=means, known=known)
+
     for now in sorted(set(rounds)):
-        for place, (one, axis) in enumerate(chosen):
-            if rounds[place] != now:
-                continue
-            _report_progress(progress, done, total, f"maneuver {one.id}")
-            fit = JointFit(maneuvers=(one,), axis=axis, settings=settings, means=means, known=known)
-            try:
-                estimate, others = fit.by_all_methods()
-                found[place] = ManeuverResult(maneuver=one, estimate=estimate, comparisons=others)
-            except FlightError as error:
-                found[place] = ManeuverResult(maneuver=one, estimate=None, failure=str(error))
-            done += 1
+        places = [place for place, turn in enumerate(rounds) if turn == now]
+        parts = [(chosen[place][1], (chosen[place][0],)) for place in places]
+        for place, fit in zip(places, map_tasks(pool, work, fits(parts)), strict=True):
+            found[place] = _maneuver_result(chosen[place][0], fit)
         means = campaign_values([result.estimate for result in found.values()])
-    joint: list[Estimate] = []
-    comparisons: list[Mapping[str, Estimate]] = []
-    for axis, together in groups:
-        _report_progress(progress, done, total, f"{len(together)} maneuvers jointly")
-        fit = JointFit(maneuvers=together, axis=axis, settings=settings, means=means, known=known)
-        try:
-            estimate, others = fit.by_all_methods()
-            joint.append(estimate)
-            comparisons.append(others)
-        except FlightError as error:
-            remarks.append(f"the joint fit failed: {error}")
-        done += 1
-    _report_progress(progress, done, total, "")
-    remarks += _sign_remarks(found.values(), means, joint)
+    joint.extend(
+        fit if isinstance(fit, _Fit) else _Fit(estimate=None, failure=str(fit))
+        for fit in map_tasks(pool, work, fits(groups))
+    )
+    _report_progress(progress, total, total, "")
+    remarks += [f"the joint fit failed: {fit.failure}" for fit in joint if fit.failure]
+    fitted = [(fit.estimate, fit.comparisons) for fit in joint if fit.estimate is not None]
+    estimates = tuple(estimate for estimate, _ in fitted)
+    remarks += _sign_remarks(found.values(), means, estimates)
     return CampaignResult(
         settings=settings,
         results=tuple(found[place] for place in range(len(chosen))),
         values=means,
-        joint=tuple(joint),
-        joint_comparisons=tuple(comparisons),
+        joint=estimates,
+        joint_comparisons=tuple(others for _, others in fitted),
         remarks=tuple(remarks),
+    )
+
+
+def _maneuver_result(maneuver: Maneuver, fit: _Fit | WorkerLostError) -> ManeuverResult:
+    if isinstance(fit, WorkerLostError):
+        return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(fit))
+    return ManeuverResult(
+        maneuver=maneuver,
+        estimate=fit.estimate,
+        failure=fit.failure,
+        comparisons=fit.comparisons,
     )
 
 

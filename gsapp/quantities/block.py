@@ -79,6 +79,10 @@ class Block:
             hint = did_you_mean(channel_id, self.channels, f"it has {', '.join(self.channels)}")
             raise UnknownNameError(f"this flight has no channel '{channel_id}'; {hint}") from None
 
+    def in_memory(self) -> Block:
+        """Return the block with its samples in memory (`StoredBlock` reads them)."""
+        return self
+
     def select(self, channel_ids: Sequence[str]) -> Block:
         columns = [self[channel_id] for channel_id in channel_ids]
         values = np.column_stack(columns) if columns else np.empty((len(self), 0))

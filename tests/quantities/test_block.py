@@ -1,10 +1,14 @@
 """Blocks hold what they were given, unchangeable, with channels from the vocabulary."""
 
+import copy
+import tempfile
+
 import numpy as np
 import pytest
 
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block, base_id, channel
+from gsapp.quantities.stored_block import StoredBlock
 
 
 def block() -> Block:
@@ -73,3 +77,23 @@ def test_redundant_sensors_share_the_quantity() -> None:
     assert base_id("q.3") == "q"
     assert channel("q.3").unit == "rad/s"
     assert channel("q.3").symbol == "q 3"
+
+
+def test_a_block_in_a_file_gives_the_same_samples() -> None:
+    random = np.random.default_rng(1)
+    blocks = [
+        Block(channels=("V", "p"), times=np.arange(float(n)), values=random.normal(size=(n, 2)))
+        for n in (5, 1, 7)
+    ]
+    with tempfile.TemporaryFile(buffering=0) as file:
+        stored = [StoredBlock(block, file) for block in blocks]
+        for found, block in [*zip(stored, blocks, strict=True)][::-1]:
+            assert (found.channels, len(found)) == (block.channels, len(block))
+            again = [found, found.in_memory(), copy.copy(found), found.select(("V", "p"))]
+            for one in again:
+                assert np.array_equal(one.times, block.times)
+                assert np.array_equal(one.values, block.values)
+                assert np.array_equal(one["p"], block["p"])
+            assert [type(one) for one in again] == [StoredBlock, Block, Block, Block]
+            with pytest.raises(UnknownNameError):
+                found["q"]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from gsapp.aircraft import SHIPPED_AIRCRAFT, write_sensor_values
 from gsapp.dynamics.linearization import LinearModel
@@ -15,7 +16,9 @@ from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.executors import WorkerLostError, WorkerPool, map_tasks
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.temporary_arrays import open_temporary_file
 from gsapp.identification.accelerometer_position import find_lateral_offset
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
 from gsapp.identification.compatibility import (
@@ -24,6 +27,7 @@ from gsapp.identification.compatibility import (
     find_instrument_errors,
 )
 from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.runs.inputs import (
     FlightCache,
     FlightSelection,
@@ -43,6 +47,7 @@ from gsapp.identification.summary.campaign_linear_models import (
     NO_LINEAR_MODEL_PREFIX,
     build_linear_models,
 )
+from gsapp.quantities.stored_block import StoredBlock
 
 SAME_SAMPLES_TEXT: Final = "the same samples stand in"
 """Begins a remark on flights that are one and the same."""
@@ -92,6 +97,8 @@ def execute_run(
     flights: FlightCache | None = None,
     doing: StatusCallback | None = None,
     progress: CampaignProgressCallback | None = None,
+    pool: WorkerPool | None = None,
+    keep_samples: bool = True,
 ) -> RunOutcome:
     """Estimate as asked.
 
@@ -104,6 +111,12 @@ def execute_run(
         Told what is being done before the fits begin.
     progress : callable, optional
         Told of the fits; returning False stops.
+    pool : WorkerPool, optional
+        Where flights are read and maneuvers fitted; the numbers are the same to the last bit. In
+        this process without it.
+    keep_samples : bool
+        Whether the outcome holds the samples of maneuvers and the histories of responses, for
+        figures. Without them memory does not grow with the number of flights.
 
     Returns
     -------
@@ -115,21 +128,18 @@ def execute_run(
     ------
     GroundStationError
         If a flight or file cannot be read, a maneuver is not where it should be, or none of the
-        axis asked for is left.
+        axis asked for is left; if a flight ended two workers of the pool.
     CanceledError
         If `progress` returned False.
     """
-    flight_cache = FlightCache(max_flights=1) if flights is None else flights
     request = with_absolute_paths(request)
     model = request.known_model
     if model is None and request.model:
         model = load_model(request.model)
     file = weights_file(request)
     check_requested_maneuvers(request)
-    flown = tuple(
-        select_flight_maneuvers(request, number, flight_cache, doing)
-        for number in range(1, len(request.flights) + 1)
-    )
+    store = None if keep_samples else open_temporary_file()
+    flown = tuple(_select_maneuvers(request, flights, doing, pool, store))
     if not any(own.cut for own in flown):
         why = "; ".join(
             f"{own.name}: {own.no_maneuvers_text}" for own in flown if own.no_maneuvers_text
@@ -152,9 +162,13 @@ def execute_run(
             doing("comparing instruments")
         # First the accelerometers: kinematics know where vanes are from them only.
         errors = find_lateral_offset(cut)
-        errors += find_instrument_errors([correct_instruments(one, errors) for one in cut])
+        errors += find_instrument_errors(_corrected(cut, errors, store))
     result = run_campaign(
-        [correct_instruments(one, errors) for one in cut], used, progress=progress
+        _corrected(cut, errors, store),
+        used,
+        progress=progress,
+        pool=pool,
+        keep_histories=keep_samples,
     )
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
@@ -188,6 +202,44 @@ def execute_run(
         calibration=tuple({"flight": own.name, **own.calibration} for own in flown),
         flights=tuple(own.entry for own in flown),
     )
+
+
+def _select_maneuvers(
+    request: RunRequest,
+    flights: FlightCache | None,
+    doing: StatusCallback | None,
+    pool: WorkerPool | None,
+    store: IO[bytes] | None,
+) -> Iterator[FlightSelection]:
+    """Yield the maneuvers of each flight; with a store, their samples lie in that file."""
+
+    def numbers() -> Iterator[int]:
+        for number, path in enumerate(request.flights, start=1):
+            if pool is not None and doing is not None:
+                doing(f"reading {path.name}")
+            yield number
+
+    cache = FlightCache(max_flights=1) if flights is None else flights
+    here = partial(select_flight_maneuvers, request, flights=cache, doing=doing)
+    work = here if pool is None else partial(select_flight_maneuvers, request)
+    found = map_tasks(pool, work, numbers())
+    for path, own in zip(request.flights, found, strict=True):
+        if isinstance(own, WorkerLostError):
+            raise FlightError(f"{path} cannot be read: {own}")
+        yield replace(own, cut=tuple(_stored(one, store) for one in own.cut))
+
+
+def _corrected(
+    cut: Sequence[Maneuver], errors: Sequence[InstrumentError], store: IO[bytes] | None
+) -> list[Maneuver]:
+    return [_stored(correct_instruments(one, errors), store) for one in cut]
+
+
+def _stored(maneuver: Maneuver, store: IO[bytes] | None) -> Maneuver:
+    """Return a maneuver whose samples lie in a file."""
+    if store is None or isinstance(maneuver.block, StoredBlock):
+        return maneuver
+    return replace(maneuver, block=StoredBlock(maneuver.block, store))
 
 
 def _duplicate_flight_warnings(flown: Sequence[FlightSelection]) -> Iterator[str]:

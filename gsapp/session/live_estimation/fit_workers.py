@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.connection import Connection
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
-from gsapp.foundation.process_control import block_sigint
+from gsapp.foundation.executors import SpawnedProcessPool
+
+_NICENESS: Final = 10
+"""By how much a worker stands back behind the stream and the window."""
 
 
 class FitWorker(Protocol):
@@ -59,41 +60,25 @@ class ProcessFitWorker:
 
     def __init__(self, work: Callable[[Any], Any] | None = None) -> None:
         self._work = work
-        self._pool: ProcessPoolExecutor | None = None
-        self._pipe: tuple[Connection, Connection] | None = None
+        self._pool: SpawnedProcessPool | None = None
 
     def submit(self, request: Any) -> Future[Any]:
         from gsapp.session.live_estimation.maneuver_fits import run_fit_request
 
         work = run_fit_request if self._work is None else self._work
-        with block_sigint():  # the process begins with the first fit
-            try:
-                return self._running().submit(work, request)
-            except BrokenProcessPool:
-                self.close()
-                return self._running().submit(work, request)
+        try:
+            return self._running().submit(work, request)
+        except BrokenProcessPool:
+            self.close()
+            return self._running().submit(work, request)
 
-    def _running(self) -> ProcessPoolExecutor:
-        from gsapp.session.live_estimation.maneuver_fits import initialize_fit_worker
-
+    def _running(self) -> SpawnedProcessPool:
         if self._pool is None:
-            # A fork would copy a process full of threads and windows.
-            context = multiprocessing.get_context("spawn")
-            self._pipe = context.Pipe(duplex=False)
-            self._pool = ProcessPoolExecutor(
-                1, mp_context=context, initializer=initialize_fit_worker, initargs=self._pipe[:1]
-            )
+            self._pool = SpawnedProcessPool(1, _NICENESS)
         return self._pool
 
     def close(self) -> None:
-        """End the process at once; a fit that runs is dropped.
-
-        A pool alone would finish that fit first, and Python waits for it when it exits.
-        """
+        """End the process at once; a fit that runs is dropped."""
         pool, self._pool = self._pool, None
-        pipe, self._pipe = self._pipe, None
         if pool is not None:
-            pool.shutdown(wait=False, cancel_futures=True)
-        if pipe is not None:
-            for end in pipe:
-                end.close()
+            pool.end()

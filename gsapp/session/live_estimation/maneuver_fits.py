@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import signal
-import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Final
 
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.foundation.process_control import lower_priority
 from gsapp.identification.campaign import (
     CampaignResult,
     CampaignSettings,
@@ -31,8 +25,6 @@ from gsapp.session.monitor_settings import MONITORS
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.fit_workers import FitWorker
 
-_WORKER_NICENESS = 10
-"""By how much a worker stands back behind the stream and the window."""
 UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
 CutManeuver = Callable[[InputVerdict], Maneuver]
@@ -65,25 +57,6 @@ def run_fit_request(request: FitRequest) -> FitResponse:
     except GroundStationError as error:
         result = ManeuverResult(maneuver=request.maneuver, estimate=None, failure=str(error))
     return FitResponse(result=result, seconds=time.perf_counter() - started)
-
-
-def initialize_fit_worker(wanted: Connection) -> None:
-    """Make a worker process yield to all else and leave Ctrl+C to its parent.
-
-    Parameters
-    ----------
-    wanted : Connection
-        The process ends at once when the other end is closed, or its parent was killed.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    lower_priority(_WORKER_NICENESS)
-    threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
-
-
-def _end_when_closed(wanted: Connection) -> None:
-    with contextlib.suppress(EOFError, OSError):
-        wanted.recv_bytes()
-    os._exit(1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

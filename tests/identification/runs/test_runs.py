@@ -1,5 +1,7 @@
 """Runs: exactly what was asked for, done again to the last bit, two beside each other."""
 
+import contextlib
+import gc
 import math
 import os
 import shutil
@@ -10,16 +12,20 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import load_model, save_model
+from gsapp.flight import Flight
 from gsapp.flight.catalog import Catalog
 from gsapp.flight.events import EventLog, events_path
 from gsapp.flight.maneuvers import ManeuverEditLog, collect_maneuvers
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.executors import WorkerPool
 from gsapp.identification.campaign import CanceledError
+from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.runs.inputs import FlightCache, flight_open_requests
 from gsapp.identification.runs.request import RunRequest, describe_settings, setting_differences
 from gsapp.identification.runs.run_comparison import SettingDifference, compare_runs, repeat_run
 from gsapp.identification.runs.run_execution import SAME_SAMPLES_TEXT, RunOutcome, execute_run
 from gsapp.identification.runs.run_store import load_run, save_run
+from gsapp.quantities.stored_block import StoredBlock
 
 
 def test_the_outcome_asks_for_the_same_again(outcome: RunOutcome) -> None:
@@ -33,6 +39,35 @@ def test_the_outcome_asks_for_the_same_again(outcome: RunOutcome) -> None:
     for one, other in zip(outcome.result.results, again.result.results, strict=True):
         assert one.estimate.derivatives == other.estimate.derivatives
         assert np.array_equal(one.estimate.covariance, other.estimate.covariance)
+
+
+@pytest.mark.parametrize("address", ["", "local:2"])
+def test_without_samples_the_numbers_are_the_same(outcome: RunOutcome, address: str) -> None:
+    """Neither flights nor samples nor histories stay in memory; a pool changes no bit."""
+    gc.collect()
+    before = {id(one) for one in gc.get_objects() if isinstance(one, Flight)}
+    request = outcome.request.with_changes(joint=True)
+    with contextlib.ExitStack() as stack:
+        pool = stack.enter_context(WorkerPool(address)) if address else None
+        found = execute_run(request, pool=pool, keep_samples=False)
+    kept = execute_run(request)
+    assert campaign_json(found.result) == campaign_json(kept.result)
+    assert (found.summary.derivatives.keys(), found.models.keys()) == (
+        kept.summary.derivatives.keys(),
+        kept.models.keys(),
+    )
+    for axis, model in kept.models.items():
+        assert np.array_equal(model.A, found.models[axis].A)
+    for one, other in zip(found.result.results, kept.result.results, strict=True):
+        assert isinstance(one.maneuver.block, StoredBlock)
+        assert one.estimate.histories == ()
+        assert other.estimate.histories
+        assert np.array_equal(
+            one.maneuver.block.values, other.maneuver.block.values, equal_nan=True
+        )
+    gc.collect()
+    after = {id(one) for one in gc.get_objects() if isinstance(one, Flight)}
+    assert after <= before
 
 
 def test_edges_inputs_and_order_are_those_asked_for(outcome: RunOutcome) -> None:

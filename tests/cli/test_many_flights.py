@@ -1,0 +1,74 @@
+"""Commands over several flights on several processes: the same JSON, whatever happens to them."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gsapp.flight.writers import write_block
+from gsapp.virtual.virtual_flight import VirtualFlight
+from tests.cli.command_kit import gsapp
+
+
+@pytest.fixture(scope="module")
+def flights(
+    tmp_path_factory: pytest.TempPathFactory, flown_short: Callable[[int], VirtualFlight]
+) -> list[Path]:
+    folder = tmp_path_factory.mktemp("flights")
+    paths = [folder / f"flight{seed}.csv" for seed in (5, 6)]
+    for seed, path in zip((5, 6), paths, strict=True):
+        write_block(path, flown_short(seed).measured, "csv")
+    return paths
+
+
+def result_of(command: str, flights: list[Path], out: Path, *options: str) -> bytes:
+    done = gsapp(command, *flights, "--json", out, *options)
+    assert done.returncode == 0, done.stderr
+    return out.read_bytes()
+
+
+@pytest.mark.parametrize("address", ["local:2", "dask://local:2"])
+@pytest.mark.parametrize("command", ["estimate"])
+def test_the_json_is_the_same_to_the_last_bit(
+    command: str, address: str, flights: list[Path], tmp_path: Path
+) -> None:
+    if address.startswith("dask"):
+        pytest.importorskip("distributed", reason="Dask is not installed (extra dask)")
+    here = result_of(command, flights, tmp_path / "here.json")
+    assert result_of(command, flights, tmp_path / "there.json", "--on", address) == here
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="child processes are found in /proc")
+def test_a_worker_killed_in_the_middle_costs_no_number(flights: list[Path], tmp_path: Path) -> None:
+    here = result_of("estimate", flights, tmp_path / "here.json")
+    out = tmp_path / "there.json"
+    command = [sys.executable, "-m", "gsapp.cli", "estimate", *map(str, flights)]
+    child = subprocess.Popen(
+        [*command, "--json", str(out), "--on", "local:2"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    killed = None
+    while child.poll() is None:
+        if killed is None and (killed := _busy_worker(child.pid)) is not None:
+            os.kill(killed, signal.SIGKILL)
+        time.sleep(0.01)
+    assert child.returncode == 0, child.stderr.read()
+    assert killed is not None
+    assert out.read_bytes() == here
+
+
+def _busy_worker(parent: int) -> int | None:
+    """Return a child of a process that has computed for a second."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            state = (folder / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(state[1]) == parent and int(state[11]) > os.sysconf("SC_CLK_TCK"):
+            return int(folder.name)
+    return None
