@@ -6,8 +6,9 @@
     python3 packaging/bootstrap.py test --all          all checks and tests
     python3 packaging/bootstrap.py bench [NAME ...]    the benchmarks
     python3 packaging/bootstrap.py run [ARGUMENTS]     the program itself: the window, or a command
-    python3 packaging/bootstrap.py setup [parquet] [notebook]   only the setting up; with Parquet
-                                                       files, with pandas and xarray for notebooks
+    python3 packaging/bootstrap.py setup [parquet] [notebook] [dask]   only the setting up; with
+                                                       Parquet files, with pandas and xarray for
+                                                       notebooks, with Dask for clusters
 
 On Windows type py in place of python3.
 
@@ -62,8 +63,20 @@ CACHES = {
     "HYPOTHESIS_STORAGE_DIRECTORY": "hypothesis",
 }
 # MB, all wheels for Linux on Intel, and what is installed of them
-DOWNLOAD = {"run.lock": 190, "parquet.lock": 50, "notebook.lock": 13, "test.lock": 35}
-ON_DISK = {"run.lock": 470, "parquet.lock": 110, "notebook.lock": 50, "test.lock": 120}
+DOWNLOAD = {
+    "run.lock": 190,
+    "parquet.lock": 50,
+    "notebook.lock": 13,
+    "dask.lock": 5,
+    "test.lock": 35,
+}
+ON_DISK = {
+    "run.lock": 470,
+    "parquet.lock": 110,
+    "notebook.lock": 50,
+    "dask.lock": 21,
+    "test.lock": 120,
+}
 UNUSED_FILES = HERE / "unused_files.txt"
 REPORT_INTERVAL = 10.0  # s, between two lines on a download
 
@@ -326,7 +339,8 @@ def make_environment() -> None:
 def set_up(*extras: str) -> None:
     """Make the virtual environment as the lock files say; do nothing if it already is so.
 
-    `extras` are locks beside that of what runs: ``parquet``, ``notebook``, ``test``, ``build``.
+    `extras` are locks beside that of what runs: ``parquet``, ``notebook``, ``dask``, ``test``,
+    ``build``.
     """
     install_system_packages()
     stamps = {HERE / f"{name}.lock": VENV / f"{name}.stamp" for name in ("run", *extras)}
@@ -433,10 +447,9 @@ def main() -> int:
         "test": lambda: test(arguments),
         "bench": lambda: hand_over(["tests/bench/run.py", *arguments], PROJECT),
     }
-    tested = ["parquet", "notebook", "test"]
-    extras = {"setup": arguments, "test": tested, "bench": ["parquet", "test"]}
-    known = {"parquet", "notebook"}
-    if command not in actions or (command == "setup" and not set(arguments) <= known):
+    known = ["parquet", "notebook", "dask"]
+    extras = {"setup": arguments, "test": [*known, "test"], "bench": [*known, "test"]}
+    if command not in actions or (command == "setup" and not set(arguments) <= set(known)):
         say(__doc__ or "")
         return 0 if command in {"help", "-h", "--help"} else 2
     try:

@@ -32,7 +32,8 @@ def main() -> None:
     """Lock what runs; then what only extras, tests and builds need, at the same versions."""
     compile_lock(HERE / "run.lock")
     needed_to_run = set(requirements(HERE / "run.lock"))
-    kinds = {"parquet": "--extra", "notebook": "--extra", "test": "--group", "build": "--group"}
+    kinds = dict.fromkeys(("parquet", "notebook", "dask"), "--extra")
+    kinds |= dict.fromkeys(("test", "build"), "--group")
     for name, option in kinds.items():
         with tempfile.TemporaryDirectory() as folder:
             everything = Path(folder) / "all.lock"

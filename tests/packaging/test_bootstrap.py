@@ -56,7 +56,7 @@ def test_it_needs_the_standard_library_only() -> None:
 def test_the_locks_cover_every_declared_package_with_hashes() -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())
     run, test, build = locked("run.lock"), locked("test.lock"), locked("build.lock")
-    asked = locked("parquet.lock") | locked("notebook.lock")
+    asked = locked("parquet.lock") | locked("notebook.lock") | locked("dask.lock")
     extras = project["project"]["optional-dependencies"].values()
     declared = names(
         project["project"]["dependencies"] + [text for each in extras for text in each]
@@ -202,7 +202,7 @@ def test_what_follows_the_download_is_the_installation(
 def test_the_readme_tells_the_duration_and_the_download_that_the_program_does(bootstrap) -> None:
     text = (PROJECT / "README.md").read_text(encoding="utf-8")
     assert all(time in text for time in bootstrap.USUAL_TIME.values())
-    for lock in ("run.lock", "parquet.lock", "notebook.lock"):
+    for lock in ("run.lock", "parquet.lock", "notebook.lock", "dask.lock"):
         assert f"{bootstrap.DOWNLOAD[lock]} MB to download" in text
         assert f"{bootstrap.ON_DISK[lock]} MB on the disk" in text
 

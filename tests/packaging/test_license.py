@@ -17,7 +17,7 @@ def locked(name: str) -> set[str]:
     return set(re.findall(r"^([\w.-]+)==", text, re.MULTILINE))
 
 
-RUN = locked("run.lock") | locked("parquet.lock") | locked("notebook.lock")
+RUN = set().union(*(locked(f"{name}.lock") for name in ("run", "parquet", "notebook", "dask")))
 
 
 def declared(package: str) -> str:
