@@ -56,12 +56,11 @@ def estimate(
         figure for each maneuver: measured against computed responses.
     """
     system = unit_system(units)
-    cache = FlightCache()
-    outcome = _run(flights, settings, cache)
+    outcome = _run(flights, settings, FlightCache())
     return Result(
         summary=estimate_headline(outcome.summary, outcome.result),
         outcome=outcome,
-        content=outcome_json(outcome, cache),
+        content=outcome_json(outcome),
         tables={
             "derivatives": table_of(
                 "flight maneuver t_start t_end inputs method derivative value std cramer_rao "
@@ -154,7 +153,7 @@ def report(
             raise TypeError(f"settings belong to gsapp.estimate: {', '.join(settings)}")
         outcome = flights.outcome
     else:
-        outcome = _run(flights, settings, cache)
+        outcome = _run(flights, settings, FlightCache())
     others = request_values(validate, {})[0]
     linear = None
     if others:
