@@ -153,7 +153,7 @@ def report(
             raise TypeError(f"settings belong to gsapp.estimate: {', '.join(settings)}")
         outcome = flights.outcome
     else:
-        outcome = _run(flights, settings, FlightCache())
+        outcome = _run(flights, settings, cache)
     others = request_values(validate, {})[0]
     linear = None
     if others:
