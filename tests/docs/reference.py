@@ -263,7 +263,10 @@ def api() -> str:
         "Data frames and data sets need pandas and xarray: `python3 packaging/bootstrap.py setup "
         "notebook`, or `pip install gsapp-ground-station[notebook]`. The names and parameters on "
         "this page are stable; other modules of the program may change. `gsapp.__version__` is "
-        "the version.",
+        "the version. Notebooks: [from a log to derivatives](../notebooks/"
+        "1-from-a-log-to-derivatives.ipynb), [a hidden effect named](../notebooks/"
+        "2-a-hidden-effect-named.ipynb), [a campaign compared](../notebooks/"
+        "3-a-campaign-compared.ipynb).",
         "",
     ]
     for name, function in public_functions().items():
