@@ -60,6 +60,7 @@ class Settings(StrictModel):
     # LINK texts that a flight was shared with last, newest first.
     shares: tuple[str, ...] = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5770")
     share_open: bool = False  # Whether other computers receive it without a key.
+    share_key: str = ""  # Path of the key that they need; empty for the signing key.
     # Name of the layout on screen; the layouts themselves are files beside this one.
     layout: str = "Overview"
     span: float = Field(default=60.0, gt=0.0)  # Seconds in sight.
@@ -90,9 +91,9 @@ class Settings(StrictModel):
         others = tuple(known for known in self.links if known != link)
         return self.with_values(links=(link, *others)[:_MAX_RECENT])
 
-    def with_share(self, link: str, *, is_open: bool) -> Settings:
+    def with_share(self, link: str) -> Settings:
         others = tuple(known for known in self.shares if known != link)
-        return self.with_values(shares=(link, *others)[:_MAX_RECENT], share_open=is_open)
+        return self.with_values(shares=(link, *others)[:_MAX_RECENT])
 
     def with_flight(self, flight: RecentFlight) -> Settings:
         others = tuple(known for known in self.recent_flights if known.path != flight.path)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QWidget
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import ShareStatus
+from gsapp.telemetry.recording_settings import RecordingSettings
 from gsapp.telemetry.stream_server import ShareRequest, share_address
 from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.dialogs.signing_key_field import SigningKeyField, sharing_purpose
 from ui.display_style import DisplayStyle
 from ui.flight_controller import FlightController
 from ui.number_format import count_text
-from ui.settings import SettingsStore
+from ui.settings import Settings, SettingsStore
 from ui.translation import tr
 
 
 class ShareDialog(FormDialog):
     """Asks for an address to share the flight with."""
 
-    def __init__(self, style: DisplayStyle, *, is_open: bool, parent: QWidget | None) -> None:
+    def __init__(
+        self, settings: Settings, folder: Path, style: DisplayStyle, parent: QWidget | None
+    ) -> None:
         super().__init__(
             tr("Share the flight"),
             tr("Passes on what is received, one way: what the other program sends is dropped."),
@@ -33,10 +38,13 @@ class ShareDialog(FormDialog):
         self.edit.setPlaceholderText("udpout:192.168.1.20:14550")
         self._message = FieldMessage()
         self.add_row(tr("Address"), self.edit, self._message)
+        self.key = SigningKeyField(settings.share_key, folder, style, sharing_purpose())
+        self.add_row(tr(RecordingSettings.title_of("share_key")), self.key)
         self.without_key = QCheckBox(tr("Anyone on that network may receive the flight"))
-        self.without_key.setChecked(is_open)
+        self.without_key.setChecked(settings.share_open)
         self.add_row(tr("Without a key"), self.without_key)
         self.edit.textChanged.connect(self._validate)
+        self.key.changed.connect(self._validate)
         self._validate()
         self.fit_to_content(560)
 
@@ -52,7 +60,7 @@ class ShareDialog(FormDialog):
             except LinkError as error:
                 text, state = str(error), "warning"
         self._message.set_message(text, state)
-        self.button.setEnabled(state == "good")
+        self.button.setEnabled(state == "good" and self.key.input_check.is_valid)
 
 
 class SharingMenu:
@@ -94,18 +102,22 @@ class SharingMenu:
     def ask_address(self) -> None:
         """Ask for an address, and share the flight with it, too."""
         settings = self._store.current
-        dialog = ShareDialog(self._style, is_open=settings.share_open, parent=self._window)
+        dialog = ShareDialog(settings, self._store.path.parent, self._style, self._window)
         if dialog.exec():
             self._store.replace(
-                settings.with_share(dialog.link, is_open=dialog.without_key.isChecked())
+                settings.with_share(dialog.link).with_values(
+                    share_open=dialog.without_key.isChecked(), share_key=dialog.key.value
+                )
             )
             self._switch(dialog.link, True)
 
     def _switch(self, link: str, shares: bool) -> None:
         links = [share.link for share in self._shares if share.link != link and not share.error]
+        settings = self._store.current
         request = ShareRequest(
-            links=(*links, *([link] if shares else [])), is_open=self._store.current.share_open
-        )
+            links=(*links, *([link] if shares else [])), is_open=settings.share_open,
+            key_file=settings.share_key,
+        )  # fmt: skip
         self._controller.recorders.share(request)
 
 

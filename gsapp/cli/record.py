@@ -87,8 +87,10 @@ def record(
         status = record_link(
             link, out, heartbeat=settings.heartbeat, listen_only=settings.listen_only,
             signing_key=settings.signing_key,
-            shares=ShareRequest(links=settings.share, is_open=settings.share_open), stop=stop,
-            give_up=give_up, on_status=printer.print_news, **options,
+            shares=ShareRequest(
+                links=settings.share, is_open=settings.share_open, key_file=settings.share_key
+            ),
+            stop=stop, give_up=give_up, on_status=printer.print_news, **options,
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
     frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines

@@ -253,7 +253,8 @@ class EquipmentMonitor:
 
     def _check_clock(self, now: float | None) -> None:
         """Tell once of every time that the computer's clock was set back."""
-        ahead = 0 if self._status is None else self._status.ahead_us
+        status = self._status
+        ahead = 0 if status is None else status.ahead_us - status.clock_offset_us
         if ahead - self._reported_ahead_us >= MONITORS.clock_set_back_us:
             self._reported_ahead_us = ahead
             self._registry.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
@@ -294,9 +295,10 @@ class EquipmentMonitor:
         running = self.handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
+        set_back_us = status.ahead_us - status.clock_offset_us
         ahead = (
-            (_clock_set_back_text(status.ahead_us),)
-            if status.ahead_us >= MONITORS.clock_set_back_us
+            (_clock_set_back_text(set_back_us),)
+            if set_back_us >= MONITORS.clock_set_back_us
             else ()
         )
         wrong = (sentence,) if sentence else ()

@@ -190,6 +190,8 @@ class LinkKind:
     """Channel map where the user names none: the name of a shipped one, or a path."""
     needs_heartbeat: bool = False
     """Whether nothing comes before the ground station has sent something."""
+    is_copy: bool = False
+    """Whether it copies what another recorder records, with the stamps of that one."""
     is_physical: bool = True
     """Whether there is something at the other end. False for data made on this computer, whose
     speed can be chosen."""
@@ -206,7 +208,7 @@ class LinkKind:
     @property
     def accepts_commands(self) -> bool:
         """Return whether MAVLink that is sent can reach an autopilot."""
-        return self.framing == "mavlink" and self is not RECORDED_FLIGHT
+        return self.framing == "mavlink" and self is not RECORDED_FLIGHT and not self.is_copy
 
     def parse(self, text: str) -> LinkAddress:
         """Read what follows the name in an address; raise LinkError if it is none."""
@@ -387,6 +389,12 @@ BUILT_IN_KINDS: Final[tuple[LinkKind, ...]] = (
         name="text", framing="text",
         title="Serial port, lines of text",
         help="Comma-separated text over the serial port; your channel map assigns its columns.",
+    ),
+    NetworkLink(
+        name="gsapp", fields=(HOST, replace(TCP_PORT, example="5770")), protocol="TCP",
+        is_copy=True, source="gsapp.telemetry.sources.flight_copy:FlightCopySource",
+        title="Another recording of this program",
+        help="Copies a flight that another computer records and shares, from its beginning.",
     ),
     LinkKind(
         name="virtual", fields=(), is_physical=False,

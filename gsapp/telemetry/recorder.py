@@ -28,6 +28,7 @@ from gsapp.decoding.framing import (
 )
 from gsapp.decoding.health import RADIO_MESSAGES
 from gsapp.decoding.sender_filter import FrameOrigin
+from gsapp.flight.events import EventLog, events_path, read_events
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
@@ -39,6 +40,7 @@ from gsapp.telemetry.send_queue import GroundPacker, SendQueue
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.signing import SignatureVerifier
 from gsapp.telemetry.sources import Chunk, LinkSource
+from gsapp.telemetry.sources.link_source import RecordedChunk
 from gsapp.telemetry.stream_server import StreamServer, pop_share_request
 
 StreamItem = MavlinkFrame | Residue | TextLine
@@ -166,6 +168,7 @@ class Recorder:
         self._first_folder = writer.folder
         self._outbox = SendQueue(writer.folder)
         self._server = StreamServer(source.address) if server is None else server
+        self._server.folder = writer.folder
         self._relocate = relocate
         self._relocation = ""
         self._folder_error = ""
@@ -236,7 +239,11 @@ class Recorder:
             self._stop_file.unlink()
 
     def write_chunks(self, chunks: Sequence[Chunk]) -> None:
-        for stamp, data, peer in chunks:
+        for chunk in chunks:
+            if isinstance(chunk, RecordedChunk):
+                self._write_recorded(chunk)
+                continue
+            stamp, data, peer = chunk
             stream = self._streams.get(peer)
             if not data:
                 if stream is not None:
@@ -252,6 +259,15 @@ class Recorder:
             stream.last_data = time.monotonic()
             stream.is_flushed = False
             self._write(stamp, items, peer)
+
+    def _write_recorded(self, chunk: RecordedChunk) -> None:
+        """Write what another recorder wrote under its stamp, which later items may share."""
+        self.received_bytes += len(chunk.data)
+        self.last_data_us = chunk.stamp_us
+        self._sample.feed(chunk.data)
+        self._last_batch_us = max(chunk.stamp_us, self._last_batch_us)
+        self.writer.append(self._last_batch_us, chunk.items, chunk.origin)
+        self._server.send(chunk.items)
 
     def flush_idle_streams(self, now: float) -> None:
         """Bring out what is whole of every peer that pauses."""
@@ -273,6 +289,7 @@ class Recorder:
         free: int | None = None
         with contextlib.suppress(OSError):
             free = self._disk_free(self.writer.folder)
+        offset = self.source.clock_offset_us
         seconds = free / rate if free is not None and rate > 0.0 else None
         return RecorderStatus(
             pid=os.getpid(),
@@ -280,8 +297,8 @@ class Recorder:
             folder=str(self.writer.folder.absolute()),
             moved_from=str(self._first_folder.absolute()) if self._relocation else "",
             state=state,
-            started_us=self._started_us,
-            updated_us=self.clock.now_us(),
+            started_us=self._started_us + offset,
+            updated_us=self.clock.now_us() + offset,
             source_state="; ".join(filter(None, (self.source.state, self.source.unsent))),
             connected=self.source.connected,
             received_bytes=self.received_bytes,
@@ -302,7 +319,7 @@ class Recorder:
                 written.sync_error
                 and not (written.error or written.dropped_bytes or written.lost_bytes)
             ),
-            warnings=[*self._warnings(free, seconds), *_signature_warnings(self._signatures)],
+            warnings=[*_disk_warnings(free, seconds), *_signature_warnings(self._signatures)],
             notes=[*written.notes, *filter(None, (self._relocation,))],
             listen_only=self._listen_only,
             sends_heartbeats=self._sends_heartbeats,
@@ -311,8 +328,10 @@ class Recorder:
             signatures=dict(self._signatures),
             shares=self._server.status(),
             share_open=self._server.request.is_open,
+            share_key="" if state == "stopped" else self._server.request.key_file,
             parent=os.getppid(),
-            ahead_us=self.clock.correction_us,
+            ahead_us=self.clock.correction_us + offset,
+            clock_offset_us=offset,
         )
 
     def _error(self) -> str:
@@ -342,16 +361,6 @@ class Recorder:
                 "stopping the recorder now discards them."
             )
         return " ".join(filter(None, sentences)) or written.sync_error
-
-    @staticmethod
-    def _warnings(free: int | None, seconds: float | None) -> list[str]:
-        if free is None or (
-            free >= TELEMETRY.low_disk_bytes
-            and (seconds is None or seconds >= TELEMETRY.low_disk_time)
-        ):
-            return []
-        lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
-        return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; free disk space."]
 
     def _flush_streams(self) -> None:
         for stream in self._streams.values():
@@ -388,6 +397,7 @@ class Recorder:
         self._relocation = f"{gone} Recording continues in {here} with {kept}."
         self._folder_error = ""
         self._outbox = SendQueue(here)
+        self._server.folder = here
         return True
 
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
@@ -484,11 +494,32 @@ class Recorder:
                     self._on_status(status)
                 # The file in the folder comes last: who sees it finds the recorder everywhere.
                 write_status(self.writer.folder / STATUS_FILE, status)
+            with contextlib.suppress(OSError, FlightError):
+                _copy_events(self.source, self.writer.folder)
             if self._written.wait(TELEMETRY.status_interval):
                 return
             if time.monotonic() >= next_sync:
                 next_sync = time.monotonic() + TELEMETRY.sync_interval
                 self.writer.sync()
+
+
+def _disk_warnings(free: int | None, seconds: float | None) -> list[str]:
+    if free is None or (
+        free >= TELEMETRY.low_disk_bytes and (seconds is None or seconds >= TELEMETRY.low_disk_time)
+    ):
+        return []
+    lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
+    return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; free disk space."]
+
+
+def _copy_events(source: LinkSource, folder: Path) -> None:
+    """Write the marks and notes of another recorder that are not here yet."""
+    if events := source.pop_events():
+        path = events_path(folder)
+        known = read_events(path).events
+        for event in events:
+            if event not in known:
+                EventLog(path).append(event)
 
 
 def _signature_warnings(signatures: Mapping[str, int]) -> list[str]:

@@ -155,7 +155,10 @@ def restart_recorder(folder: Path | str) -> RecorderHandle:
     if links := tuple(share.link for share in status.shares):
         # A port that is in use by now ends no recording.
         with contextlib.suppress(FlightError):
-            request_shares(place, ShareRequest(links=links, is_open=status.share_open))
+            request = ShareRequest(
+                links=links, is_open=status.share_open, key_file=status.share_key
+            )
+            request_shares(place, request)
     return started
 
 

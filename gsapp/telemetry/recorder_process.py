@@ -68,7 +68,8 @@ def record_link(
     listen_only : bool
         Whether to send nothing at all. Raise LinkError where nothing would come then (``udpout``).
     signing_key : Path or str
-        File of the key of MAVLink signatures; empty for none.
+        File of the key of MAVLink signatures; empty for none. Of a flight that is copied, the key
+        with which it is shared.
     shares : ShareRequest
         To whom what arrives is passed on. Raise LinkError where that cannot be.
     stop, give_up : threading.Event, optional
@@ -84,8 +85,8 @@ def record_link(
             f"{address}: nothing comes until something was sent, and listen-only sends nothing; "
             "let the other side send, and listen with udpin"
         )
-    key = read_signing_key(signing_key) if signing_key else None
-    key_file = str(Path(signing_key).absolute()) if signing_key else ""
+    is_copy = kind_of(address).is_copy
+    key_file, key = _read_key((is_copy and shares.key_file) or signing_key)
     claims = [RecordingClaim(Path(folder).absolute())]
     files = FolderFileCache()
     try:
@@ -94,6 +95,7 @@ def record_link(
             writer.state.notes.append(note)
         clock = HostClock(after_us=writer.last_stamp)
         source = open_source(address, clock=clock, **options)
+        source.prepare(writer.last_stamp, key or b"")
 
         def tell(status: RecorderStatus) -> None:
             if writer.is_folder_writable():
@@ -114,11 +116,11 @@ def record_link(
             claims.append(claim)
             return whole
 
-        server = StreamServer(address)
+        server = StreamServer(address, key)
         server.open(shares)
         speaks = kind_of(address).needs_heartbeat if heartbeat is None else heartbeat
         recorder = Recorder(
-            source, writer, clock=clock, heartbeat=speaks, listen_only=listen_only,
+            source, writer, clock=clock, heartbeat=speaks, listen_only=listen_only or is_copy,
             signing_key=key, signing_key_file=key_file, on_status=tell, server=server,
             relocate=relocate,
         )  # fmt: skip
@@ -144,6 +146,11 @@ def record_link(
     finally:
         for claim in claims:
             claim.release()
+
+
+def _read_key(path: Path | str) -> tuple[str, bytes | None]:
+    """Return the absolute path of a key file and the key in it; empty and None for no path."""
+    return (str(Path(path).absolute()), read_signing_key(path)) if path else ("", None)
 
 
 def create_stop_handler(stop: threading.Event, give_up: threading.Event) -> Callable[[int], None]:

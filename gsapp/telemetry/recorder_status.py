@@ -102,12 +102,15 @@ class RecorderStatus(BaseModel):
     """Frames by what was found of their signature; empty where there is no key to check it."""
     shares: list[ShareStatus] = []  # Whom it passes on to what it receives.
     share_open: bool = False  # Whether anyone on a network may receive it, without a key.
+    share_key: str = ""  # Path of the key that others need, if not the signing key; as that.
     parent: int = 0
     """The process that started it; on Windows the launcher of a virtual environment."""
     ahead_us: int = 0
     """By how much its stamps are ahead of the computer's clock, because that was set back, or
     because the flight that is continued ends in the future. Whoever compares a stamp with the
     computer's clock adds it to that."""
+    clock_offset_us: int = 0
+    """The part of `ahead_us` that is the clock of another recorder, whose flight is copied."""
 
 
 HEARTBEAT_END: Final = QT_TR_NOOP(

@@ -55,6 +55,13 @@ class RecordingSettings(SettingsModel):
             "udpout:HOST:PORT sends to one."
         ),
         option="--share", metavar="LINK", is_repeatable=True)
+    share_key: str = setting(
+        "", QT_TR_NOOP("Sharing key"),
+        QT_TR_NOOP(
+            "Key that another computer needs to copy the flight, a file as the signing key; the "
+            "same on both."
+        ),
+        option="--share-key", metavar="FILE", default_text=QT_TR_NOOP("the signing key"))
     share_open: bool = setting(
         False, QT_TR_NOOP("Share without a key"),
         QT_TR_NOOP("Share with a network without a key: anyone on it can receive the flight."),

@@ -47,6 +47,9 @@ class TelemetrySettings:
     max_unshared: int = 4096  # Batches that wait for it.
     client_send_buffer: int = 65_536  # Of the system, for a TCP client.
     max_client_bytes: int = 262_144  # That wait for a TCP client before it is disconnected.
+    hello_time: float = 0.3  # In which a client that copies the flight says so.
+    proof_time: float = 5.0  # In which it proves that it has the key.
+    copy_timeout: float = 5.0  # Silence after which the copy of a flight connects again.
 
     # Fetching a log.
     fetch_interval: float = 0.02  # Interval at which answers are looked for.

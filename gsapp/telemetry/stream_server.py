@@ -10,9 +10,11 @@ from __future__ import annotations
 import contextlib
 import socket
 import threading
+import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Any, Final
@@ -23,10 +25,12 @@ from gsapp.decoding.framing import MavlinkFrame, Residue, TextLine
 from gsapp.flight.atomic_files import write_flight_file
 from gsapp.flight.file_names import SHARE_FILE
 from gsapp.foundation import LinkError
+from gsapp.telemetry.flight_stream import HELLO, MAX_LINE, FlightSender
 from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.recorder_status import ShareStatus
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.signing import read_signing_key
 from gsapp.telemetry.sources.link_source import network_error
 from gsapp.telemetry.sources.network import bind_sender, listen_on, prepare_connection, resolve
 
@@ -40,6 +44,7 @@ class ShareRequest(BaseModel):
 
     links: tuple[str, ...] = ()  # LINKs of the kinds ``tcpin`` and ``udpout``.
     is_open: bool = False  # Whether anyone on a network may receive it, without a key.
+    key_file: str = ""  # Of the key that other computers need; empty for the signing key.
 
 
 NO_SHARES: Final = ShareRequest()
@@ -122,12 +127,36 @@ class _UdpShare(_Share):
         self._socket.close()
 
 
-class _TcpClient:
-    """A program that called."""
+class _RefusedError(Exception):
+    """A client may not have the flight."""
 
-    def __init__(self, connection: socket.socket, name: str) -> None:
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _AccessRule:
+    """What the clients of a TCP port may have of the flight."""
+
+    folder: Callable[[], Path]  # It is recorded into.
+    keys: tuple[bytes, ...]  # Of which a client that copies it must have one; empty for none.
+    is_bare: bool  # Whether others receive frames without a proof.
+
+
+class _TcpClient:
+    """A program that called.
+
+    One that says ``gsapp flight`` copies the flight from its beginning, read from the files at the
+    pace at which it takes it; any other receives what comes from when it called.
+    """
+
+    def __init__(self, connection: socket.socket, name: str, access: _AccessRule) -> None:
         self.name = name
+        self.is_copy = False
+        self._access = access
+        self._called = time.monotonic()
         self._socket = connection
+        self._first = b""  # what it says, as long as that may be the request of a copy
+        self._is_asked = True
+        self._sender: FlightSender | None = None
+        self._folder = access.folder()
         self._pending = b""
         connection.setblocking(False)
         # What waits in the system is old when it arrives.
@@ -137,15 +166,48 @@ class _TcpClient:
     def serve(self, data: bytes) -> int:
         """Send as much as the client takes, and return that; raise OSError where it is gone."""
         with contextlib.suppress(BlockingIOError):
-            if not self._socket.recv(_READ_BYTES):  # reaches nobody
+            received = self._socket.recv(_READ_BYTES)
+            if not received:
                 raise ConnectionError("closed")
-        self._pending += data
+            if self._is_asked:  # else it reaches nobody
+                self._first += received
+        if self._is_asked:
+            self._listen()
+        if self._sender is None:
+            self._pending += data
+        elif self._sender.is_accepted and len(self._pending) < TELEMETRY.client_send_buffer:
+            if self._folder != self._access.folder():
+                raise ConnectionError("the flight is in another folder by now")
+            self._pending += self._sender.poll(time.time_ns() // 1000)
         sent = 0
-        if self._pending:
+        may_send = self._sender is not None or not self._is_asked
+        if self._pending and may_send:
             with contextlib.suppress(BlockingIOError):
                 sent = self._socket.send(self._pending)
                 self._pending = self._pending[sent:]
         return sent
+
+    def _listen(self) -> None:
+        """Find out whether the client copies the flight, and answer it."""
+        waited = time.monotonic() - self._called
+        if self._sender is None and not self._first.startswith(HELLO):
+            is_silent = len(self._first) < len(HELLO) and HELLO.startswith(self._first)
+            limit = TELEMETRY.hello_time if self._access.is_bare else TELEMETRY.proof_time
+            if is_silent and waited < limit:
+                return
+            if not self._access.is_bare:
+                raise _RefusedError("it has not the key")
+            self._is_asked = False
+            return
+        if waited > TELEMETRY.proof_time or len(self._first) > 2 * MAX_LINE:
+            raise _RefusedError("it has not the key")
+        if self._sender is None:
+            self._sender, self._pending = FlightSender(self._folder, self._access.keys), b""
+        while b"\n" in self._first and self._is_asked:
+            line, _, self._first = self._first.partition(b"\n")
+            self._pending += self._sender.answer(line)
+            self.is_copy = self._sender.is_accepted
+            self._is_asked = not self.is_copy
 
     @property
     def pending_bytes(self) -> int:
@@ -156,10 +218,11 @@ class _TcpClient:
 
 
 class _TcpShare(_Share):
-    """A TCP port; whoever calls receives what comes from then on."""
+    """A TCP port; whoever calls receives the flight, or what comes from then on."""
 
-    def __init__(self, address: LinkAddress) -> None:
+    def __init__(self, address: LinkAddress, access: _AccessRule) -> None:
         super().__init__(address)
+        self._access = access
         self._listener = listen_on(address)
         self._clients: list[_TcpClient] = []
 
@@ -173,12 +236,15 @@ class _TcpShare(_Share):
         for client in list(self._clients):
             try:
                 self.sent_bytes += client.serve(data)
-            except OSError:
+            except _RefusedError as error:
+                self.note = f"{client.name} was refused: {error}"
                 self._remove(client)
-                continue
-            if client.pending_bytes > TELEMETRY.max_client_bytes:
-                self.note = f"{client.name} was disconnected: it does not read"
+            except (OSError, ValueError):  # it is gone, or what it says makes no sense
                 self._remove(client)
+            else:
+                if client.pending_bytes > TELEMETRY.max_client_bytes and not client.is_copy:
+                    self.note = f"{client.name} was disconnected: it does not read"
+                    self._remove(client)
 
     def _accept(self) -> None:
         while True:
@@ -191,7 +257,7 @@ class _TcpShare(_Share):
                 self.note = f"{host}:{port} was refused: {TELEMETRY.max_clients} are connected"
                 continue
             try:
-                self._clients.append(_TcpClient(connection, f"{host}:{port}"))
+                self._clients.append(_TcpClient(connection, f"{host}:{port}", self._access))
             except OSError:
                 connection.close()
 
@@ -214,10 +280,20 @@ class StreamServer:
     ----------
     link : LinkAddress
         What is recorded.
+    key : bytes, optional
+        The signing key: what other computers need to copy the flight, unless a request names
+        another.
+
+    Attributes
+    ----------
+    folder : Path
+        The flight folder, from which the flight so far is read.
     """
 
-    def __init__(self, link: LinkAddress) -> None:
+    def __init__(self, link: LinkAddress, key: bytes | None = None) -> None:
         self._link = link
+        self._key = key
+        self.folder = Path()
         self._shares: dict[str, _Share] = {}
         self._refused: dict[str, str] = {}  # why, by LINK
         self.request = NO_SHARES
@@ -302,10 +378,13 @@ class StreamServer:
 
     def _apply(self, request: ShareRequest) -> None:
         shares, refused = {}, {}
+        keeps = request.model_copy(update={"links": self.request.links}) == self.request
         for link in dict.fromkeys(request.links):
-            former = self._shares.get(link) if request.is_open == self.request.is_open else None
+            former = self._shares.get(link) if keeps else None
+            if former is None and link in self._shares:
+                self._shares.pop(link).close()  # its port is needed
             try:
-                shares[link] = former or self._make_share(link, is_open=request.is_open)
+                shares[link] = former or self._make_share(link, request)
             except LinkError as error:
                 refused[link] = str(error)
         former_shares, self._shares, self._refused = self._shares, shares, refused
@@ -314,21 +393,28 @@ class StreamServer:
             if share not in shares.values():
                 share.close()
 
-    def _make_share(self, link: str, *, is_open: bool) -> _Share:
+    def _make_share(self, link: str, request: ShareRequest) -> _Share:
         address = share_address(link)
+        key = read_signing_key(request.key_file) if request.key_file else self._key
         try:
             _, target = resolve(address, socket.SOCK_DGRAM)
-            if not (is_open or ip_address(target[0]).is_loopback):
+            is_open = request.is_open or ip_address(target[0]).is_loopback
+            if not is_open and (key is None or address.kind == "udpout"):
                 raise LinkError(
-                    f"{address}: anyone on that network could receive the flight; share on this "
-                    "computer only, or allow other computers without a key (--share-open)"
+                    f"{address}: anyone on that network could receive the flight; share over tcpin "
+                    "with a key (--share-key), from which another recording of this program copies "
+                    "it, or allow other programs without a key (--share-open)"
                 )
             if self._returns_to_link(address, target):
                 raise LinkError(
                     f"{address}: this is the port that is recorded: all that is sent would come "
                     "back; choose another port"
                 )
-            return _TcpShare(address) if address.kind == "tcpin" else _UdpShare(address)
+            if address.kind == "udpout":
+                return _UdpShare(address)
+            keys = ((key,) if key else ()) + ((b"",) if is_open else ())
+            access = _AccessRule(folder=lambda: self.folder, keys=keys, is_bare=is_open)
+            return _TcpShare(address, access)
         except OSError as error:
             raise network_error(address, error) from error
 

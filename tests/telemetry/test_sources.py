@@ -22,6 +22,7 @@ from gsapp.telemetry.link_kinds import BUILT_IN_KINDS, LinkAddress, is_same_port
 from gsapp.telemetry.link_registry import parse_link
 from gsapp.telemetry.sources import Chunk, LinkSource, LinkUnavailableError, open_source
 from gsapp.telemetry.sources.link_source import network_error
+from gsapp.telemetry.stream_server import ShareRequest, StreamServer
 
 STAMP = 1_700_000_000_000_000
 
@@ -141,9 +142,27 @@ def flight_end(_port, folder: Path) -> OtherEnd:
     return OtherEnd(str(folder / "flight"), send)
 
 
+def gsapp_end(port, folder: Path) -> OtherEnd:
+    """Another recorder, reduced to its files and what shares them."""
+    writer, number = RawWriter(folder / "flight"), port(socket.SOCK_STREAM)
+    server = StreamServer(parse_link("virtual"))
+    server.folder = writer.folder
+    server.open(ShareRequest(links=(f"tcpin:127.0.0.1:{number}",)))
+    clock = HostClock()
+
+    def send(data: bytes) -> None:
+        framer = Framer()
+        for item in (*framer.feed(data), *framer.flush()):
+            writer.append(clock.now_us(), [item])
+        time.sleep(0.2)
+
+    return OtherEnd(f"gsapp:127.0.0.1:{number}", send, None, server.close)
+
+
 ENDS = {
     "udpin": udpin_end, "udpout": udpout_end, "tcp": tcp_end, "tcpin": tcpin_end,
     "serial": serial_end, "text": text_end, "flight": flight_end,
+    "gsapp": gsapp_end,
 }  # fmt: skip
 
 

@@ -36,8 +36,8 @@ class Flight:
         self.aircraft.bind(("127.0.0.1", 0))
         self.recorder: RecorderHandle = start_recorder(f"udpin:127.0.0.1:{self.port}", folder)
 
-    def share(self, *links: str, is_open: bool = False) -> list[ShareStatus]:
-        request_shares(self.folder, ShareRequest(links=links, is_open=is_open))
+    def share(self, *links: str, key_file: str = "") -> list[ShareStatus]:
+        request_shares(self.folder, ShareRequest(links=links, key_file=key_file))
         wait_until(lambda: [share.link for share in self.shares()] == list(links))
         return self.shares()
 

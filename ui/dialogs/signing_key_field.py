@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -27,6 +28,39 @@ from ui.widgets.flow_layout import arrange
 KEY_FILE = "signing.key"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeyPurpose:
+    """What a key is for, in words."""
+
+    title: str
+    file_name: str  # Of a key made from a passphrase.
+    without: str  # What happens without a key.
+    effect: str  # What it does.
+    passphrase: str  # What is asked for.
+
+
+def signing_purpose() -> KeyPurpose:
+    """Return what a key of MAVLink signatures is for."""
+    return KeyPurpose(
+        title=tr("Signing key"),
+        file_name=KEY_FILE,
+        without=tr("None: signatures are not checked"),
+        effect=tr("What is not signed with this key is recorded and ignored."),
+        passphrase=tr("Passphrase, as in the autopilot's ground station"),
+    )
+
+
+def sharing_purpose() -> KeyPurpose:
+    """Return what a key for other computers is for."""
+    return KeyPurpose(
+        title=tr("Sharing key"),
+        file_name="sharing.key",
+        without=tr("The signing key, if any"),
+        effect=tr("Another computer needs this key to copy the flight."),
+        passphrase=tr("Passphrase, the same on both computers"),
+    )
+
+
 class SigningKeyField(QWidget):
     """The path of a key file, empty for none.
 
@@ -35,24 +69,31 @@ class SigningKeyField(QWidget):
 
     changed = Signal()
 
-    def __init__(self, current: str, folder: Path, style: DisplayStyle) -> None:
+    def __init__(
+        self,
+        current: str,
+        folder: Path,
+        style: DisplayStyle,
+        purpose: KeyPurpose | None = None,
+    ) -> None:
         super().__init__()
-        self._folder = folder
+        self._purpose = purpose or signing_purpose()
+        self._path = folder / self._purpose.file_name
         self.input_check = InputCheck(message="")
         column = arrange(QVBoxLayout(self), style.px(8))
         row = QHBoxLayout()
         row.setSpacing(style.px(8))
         self.edit = QLineEdit(current)
-        self.edit.setPlaceholderText(tr("None: signatures are not checked"))
-        self.edit.setAccessibleName(tr("Signing key"))
+        self.edit.setPlaceholderText(self._purpose.without)
+        self.edit.setAccessibleName(self._purpose.title)
         self.edit.textChanged.connect(self._validate)
         row.addWidget(self.edit, 1)
         for text, name, slot in (
-            (tr("Choose…"), tr("Choose signing key"), self._choose),
-            (tr("Passphrase…"), tr("Signing key from a passphrase"), self._ask_passphrase),
+            (tr("Choose…"), tr("{key}: choose a file"), self._choose),
+            (tr("Passphrase…"), tr("{key}: from a passphrase"), self._ask_passphrase),
         ):
             button = QPushButton(text)
-            button.setAccessibleName(name)
+            button.setAccessibleName(name.format(key=self._purpose.title))
             button.clicked.connect(slot)
             row.addWidget(button)
         column.addLayout(row)
@@ -68,7 +109,7 @@ class SigningKeyField(QWidget):
 
     def use_passphrase(self, passphrase: str) -> None:
         """Keep the key of a passphrase in the user's own folder, and take it from there."""
-        path = self._folder / KEY_FILE
+        path = self._path
         try:
             write_signing_key(path, derive_key(passphrase))
         except OSError as error:
@@ -82,13 +123,13 @@ class SigningKeyField(QWidget):
 
     def _choose(self) -> None:
         start = str(nearest_folder(Path(self.value or "~").expanduser()))
-        path, _kind = QFileDialog.getOpenFileName(self, tr("Signing key"), start)
+        path, _kind = QFileDialog.getOpenFileName(self, self._purpose.title, start)
         if path:
             self.edit.setText(path)
 
     def _ask_passphrase(self) -> None:
         passphrase, agreed = QInputDialog.getText(
-            self, tr("Signing key"), tr("Passphrase, as in the autopilot's ground station"),
+            self, self._purpose.title, self._purpose.passphrase,
             QLineEdit.EchoMode.Password,
         )  # fmt: skip
         if agreed and passphrase:
@@ -102,9 +143,6 @@ class SigningKeyField(QWidget):
             except LinkError as error:
                 self.input_check = InputCheck(message=str(error), state="warning")
             else:
-                self.input_check = InputCheck(
-                    message=tr("What is not signed with this key is recorded and ignored."),
-                    state="good",
-                )
+                self.input_check = InputCheck(message=self._purpose.effect, state="good")
         self.message.set_message(self.input_check.message, self.input_check.state)
         self.changed.emit()

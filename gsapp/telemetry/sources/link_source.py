@@ -11,10 +11,12 @@ import errno
 import socket
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple
 
-from gsapp.decoding.framing import Framer, LineFramer
+from gsapp.decoding.framing import Framer, LineFramer, MavlinkFrame, Residue, TextLine
+from gsapp.decoding.sender_filter import FrameOrigin
+from gsapp.flight.events import Event
 from gsapp.foundation import LinkError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.link_kinds import Framing, LinkAddress, NetworkLink
@@ -34,6 +36,25 @@ class Chunk(NamedTuple):
     """Who sent them, where a link has several senders: every peer is a stream of its own."""
 
 
+class RecordedChunk(Chunk):
+    """What another recorder wrote at one stamp, which is written as it is there."""
+
+    items: Sequence[MavlinkFrame | Residue | TextLine]
+    origin: FrameOrigin
+
+    @classmethod
+    def of_items(
+        cls,
+        stamp_us: int,
+        items: Sequence[MavlinkFrame | Residue | TextLine],
+        origin: FrameOrigin,
+    ) -> RecordedChunk:
+        parts = (one.data + b"\n" if isinstance(one, TextLine) else one.data for one in items)
+        made = cls(stamp_us, b"".join(parts), origin.address)
+        made.items, made.origin = items, origin
+        return made
+
+
 class LinkSource(ABC):
     """A source of bytes.
 
@@ -49,6 +70,8 @@ class LinkSource(ABC):
         Whether data can arrive.
     finished : bool
         Whether nothing will ever come again (a recorded flight at its end).
+    clock_offset_us : int
+        By how much the stamps of another recorder are ahead of this computer's clock.
     """
 
     framing: Framing = "mavlink"
@@ -60,6 +83,14 @@ class LinkSource(ABC):
         self.unsent = ""
         self.connected = False
         self.finished = False
+        self.clock_offset_us = 0
+
+    def prepare(self, after_us: int, signing_key: bytes) -> None:  # noqa: B027 - few need it
+        """Take the last stamp that the flight folder holds, 0 for none, and the key, if any."""
+
+    def pop_events(self) -> list[Event]:
+        """Return the marks and notes that came since the last call."""
+        return []
 
     @abstractmethod
     def open(self) -> None:

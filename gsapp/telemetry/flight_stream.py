@@ -1,0 +1,225 @@
+"""The stream from which another recorder copies a flight: from its beginning, with its stamps.
+
+The client speaks first, in lines: ``gsapp flight 1 STAMP COUNT NONCE``. STAMP is that of the last
+record it has (0 for none), COUNT how many with that stamp. The server answers ``gsapp flight 1
+NONCE``, the client ``PROOF``, and the server ``ok``, ``key`` (not the same signing key) or
+``other`` (it records another flight by now). Both nonces make a key of this connection out of the
+signing key, which is not sent. PROOF is its HMAC, and so is the seal of every block that follows,
+so that nobody on the network can read a flight without the key, or put anything into it.
+
+A block is its length (4 bytes, big-endian), its seal and its content: ``r`` for what was recorded
+at one stamp from one sender, ``e`` for lines of ``events.jsonl``, ``t`` for the server's time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import json
+import os
+from collections import deque
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from pathlib import Path
+from struct import Struct
+from typing import Final
+
+from gsapp.decoding.framing import (
+    MAGIC_2,
+    MavlinkFrame,
+    Residue,
+    TextLine,
+    frame_component,
+    frame_message_id,
+    frame_system,
+)
+from gsapp.decoding.sender_filter import FrameOrigin
+from gsapp.flight.events import Event, EventLog, events_path
+from gsapp.flight.raw_files import STAMP_STRUCT, RawTail
+from gsapp.flight.raw_files.record_files import RawRecord
+from gsapp.telemetry.sources.link_source import RecordedChunk
+
+HELLO: Final = b"gsapp flight 1 "
+MAX_LINE: Final = 200
+_LENGTH: Final = Struct(">I")
+_ITEM: Final = Struct(">cI")
+_SEAL_BYTES: Final = 16
+_MAX_BLOCK: Final = 1 << 22
+_MAX_RECORDS: Final = 2000  # In one turn of the server.
+_TIME_INTERVAL_US: Final = 1_000_000
+_KINDS: Final = {"frame": b"f", "line": b"l", "residue": b"s"}
+_OWN_EVENTS: Final = ("alarm", "alarm-ended")
+"""Of the equipment of the computer that wrote them."""
+
+
+class StreamSeal:
+    """The key of one connection."""
+
+    def __init__(self, signing_key: bytes, client_nonce: bytes, server_nonce: bytes) -> None:
+        nonces = b"gsapp flight" + client_nonce + b" " + server_nonce
+        # Hashed, since to an HMAC an empty key and one of zeros are the same.
+        self._key = hmac.digest(hashlib.sha256(signing_key).digest(), nonces, "sha256")
+        self._count = 0
+
+    def proof(self) -> bytes:
+        return hmac.digest(self._key, b"client", "sha256").hex().encode()
+
+    def next_seal(self, content: bytes) -> bytes:
+        """Return the seal of the next block."""
+        self._count += 1
+        return hmac.digest(self._key, b"%d %b" % (self._count, content), "sha256")[:_SEAL_BYTES]
+
+
+def make_nonce() -> bytes:
+    """Return a random word that no connection had before."""
+    return os.urandom(16).hex().encode()
+
+
+class FlightSender:
+    """The server's side of one connection.
+
+    `keys` are the signing keys one of which the client must have; an empty one is for anyone.
+    """
+
+    def __init__(self, folder: Path, keys: Sequence[bytes]) -> None:
+        self._folder = folder
+        self._keys = keys
+        self._tail = RawTail(folder)
+        self._events = EventLog(events_path(folder))
+        self._after = (0, 0)
+        self._same_stamp = 0  # records with that stamp so far
+        self._next_time_us = 0
+        self._nonces = (b"", b"")
+        self._seal: StreamSeal | None = None
+
+    def answer(self, line: bytes) -> bytes:
+        """Return the answer to a line of the client; raise ValueError where it is none."""
+        if line.startswith(HELLO):
+            stamp, count, nonce = line.removeprefix(HELLO).split()
+            self._after = (int(stamp), int(count))
+            self._nonces = (nonce, make_nonce())
+            return HELLO + self._nonces[1] + b"\n"
+        seals = [StreamSeal(key, *self._nonces) for key in self._keys if self._nonces[0]]
+        found = [seal for seal in seals if hmac.compare_digest(seal.proof(), line)]
+        if not found:
+            return b"key\n"
+        if self._after[0]:
+            first = RawTail(self._folder).poll(1)
+            if not first or first[0].stamp_us > self._after[0]:
+                return b"other\n"
+        self._seal = found[0]
+        return b"ok\n"
+
+    @property
+    def is_accepted(self) -> bool:
+        return self._seal is not None
+
+    def poll(self, now_us: int) -> bytes:
+        """Return blocks of what came since; once a second events and the time, too."""
+        contents: list[bytes] = []
+        if self._tail.has_grown():
+            contents += self._batches(self._tail.poll(_MAX_RECORDS))
+        if now_us >= self._next_time_us:
+            self._next_time_us = now_us + _TIME_INTERVAL_US
+            contents += (b"e" + self._event_lines(), b"t" + STAMP_STRUCT.pack(now_us))
+        seal = self._seal
+        if seal is None:
+            return b""
+        return b"".join(
+            _LENGTH.pack(len(content)) + seal.next_seal(content) + content for content in contents
+        )
+
+    def _batches(self, records: Sequence[RawRecord]) -> Iterator[bytes]:
+        stamp_after, count_after = self._after
+        for (stamp, origin), group in groupby(records, lambda one: (one.stamp_us, one.origin)):
+            if stamp < stamp_after:
+                continue
+            batch = list(group)
+            if stamp == stamp_after:  # the client has some of them
+                known = min(count_after - self._same_stamp, len(batch))
+                self._same_stamp += known
+                batch = batch[known:]
+            if not batch:
+                continue
+            sender = origin.format()
+            parts = [b"r", STAMP_STRUCT.pack(stamp), _LENGTH.pack(len(sender)), sender]
+            for record in batch:
+                parts += (_ITEM.pack(_KINDS[record.kind], len(record.data)), record.data)
+            yield b"".join(parts)
+
+    def _event_lines(self) -> bytes:
+        events = [event for event in self._events.poll() if event.kind not in _OWN_EVENTS]
+        return b"".join(json.dumps(event.to_json()).encode() + b"\n" for event in events)
+
+
+class FlightReceiver:
+    """The client's side of one connection: blocks to chunks.
+
+    Attributes
+    ----------
+    events : deque of Event
+        What came and nobody has taken yet.
+    server_us : int
+        Time of the server when it sent the last block, host microseconds; 0 before the first.
+    """
+
+    def __init__(self, seal: StreamSeal) -> None:
+        self._seal = seal
+        self._data = b""
+        self._offset = 0  # of stray bytes
+        self.events: deque[Event] = deque()
+        self.server_us = 0
+
+    def feed(self, data: bytes) -> list[RecordedChunk]:
+        """Return what is whole; raise ValueError where it is not what the server sent."""
+        self._data += data
+        chunks = []
+        start = 0
+        head = _LENGTH.size + _SEAL_BYTES
+        while len(self._data) >= start + head:
+            (length,) = _LENGTH.unpack_from(self._data, start)
+            if length > _MAX_BLOCK:
+                raise ValueError("a block is too long")
+            end = start + head + length
+            if len(self._data) < end:
+                break
+            seal = self._data[start + _LENGTH.size : start + head]
+            content = self._data[start + head : end]
+            if not hmac.compare_digest(seal, self._seal.next_seal(content)):
+                raise ValueError("a block was altered on its way")
+            start = end
+            kind, body = content[:1], content[1:]
+            if kind == b"r":
+                chunks.append(self._chunk(body))
+            elif kind == b"e":
+                self.events.extend(Event.from_json(json.loads(one)) for one in body.splitlines())
+            elif kind == b"t":
+                (self.server_us,) = STAMP_STRUCT.unpack(body)
+        self._data = self._data[start:]
+        return chunks
+
+    def _chunk(self, body: bytes) -> RecordedChunk:
+        (stamp,) = STAMP_STRUCT.unpack_from(body)
+        (length,) = _LENGTH.unpack_from(body, STAMP_STRUCT.size)
+        position = STAMP_STRUCT.size + _LENGTH.size + length
+        origin = FrameOrigin.parse(body[position - length : position])
+        items: list[MavlinkFrame | Residue | TextLine] = []
+        while position < len(body):
+            kind, length = _ITEM.unpack_from(body, position)
+            position += _ITEM.size
+            data = body[position : position + length]
+            position += length
+            if kind == b"f":
+                items.append(_frame(self._offset, data))
+            elif kind == b"l":
+                items.append(TextLine(self._offset, data, b"\n"))
+            else:
+                items.append(Residue(self._offset, data))
+            self._offset += length
+        return RecordedChunk.of_items(stamp, items, origin)
+
+
+def _frame(offset: int, data: bytes) -> MavlinkFrame:
+    version, sequence = (2, data[4]) if data[0] == MAGIC_2 else (1, data[2])
+    ids = frame_system(data), frame_component(data), frame_message_id(data)
+    return MavlinkFrame(offset, data, version, sequence, *ids, known=True)

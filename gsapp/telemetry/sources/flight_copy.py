@@ -1,0 +1,123 @@
+"""A flight that another computer records and shares, copied from its beginning."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+from gsapp.flight.events import Event
+from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.flight_stream import HELLO, MAX_LINE, FlightReceiver, StreamSeal, make_nonce
+from gsapp.telemetry.link_kinds import LinkAddress
+from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.sources.link_source import (
+    Chunk,
+    LinkUnavailableError,
+    ReconnectingSource,
+    RecordedChunk,
+)
+from gsapp.telemetry.sources.network import prepare_connection
+
+_READ_BYTES = 1 << 18
+_MANY = 1 << 30
+_REFUSALS = {
+    b"key": "the key is not that of its recorder; give both the same (--share-key)",
+    b"other": "it records another flight by now; stop, and connect again for a new flight",
+}
+
+
+class FlightCopySource(ReconnectingSource):
+    """Calls a recorder that shares its flight; nothing is ever sent to the aircraft."""
+
+    def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
+        super().__init__(address, clock=clock)
+        self._socket: socket.socket | None = None
+        self._receiver: FlightReceiver | None = None
+        self._signing_key = b""
+        self._after = (0, 0)  # stamp of the last record, and how many have that
+        self._heard = 0.0
+
+    def prepare(self, after_us: int, signing_key: bytes) -> None:
+        self._after = (after_us, _MANY if after_us else 0)
+        self._signing_key = signing_key
+
+    def pop_events(self) -> list[Event]:
+        queue = () if self._receiver is None else self._receiver.events
+        return [queue.popleft() for _ in range(len(queue))] if queue else []
+
+    def _connect(self) -> None:
+        made = socket.create_connection(
+            (self.address.host, self.address.port), timeout=TELEMETRY.connect_timeout
+        )
+        try:
+            prepare_connection(made)
+            nonce = make_nonce()
+            made.sendall(HELLO + b"%d %d %b\n" % (*self._after, nonce))
+            answer = _read_line(made)
+            if not answer.startswith(HELLO):
+                raise LinkUnavailableError(
+                    f"{self.address}: the program there shares no flight; for MAVLink use "
+                    f"tcp:{self.address.host}:{self.address.port}; retrying"
+                )
+            seal = StreamSeal(self._signing_key, nonce, answer.removeprefix(HELLO))
+            made.sendall(seal.proof() + b"\n")
+            if (verdict := _read_line(made)) != b"ok":
+                why = _REFUSALS.get(verdict, "the connection was refused")
+                raise LinkUnavailableError(f"{self.address}: {why}; retrying")
+        except BaseException:
+            made.close()
+            raise
+        self._socket, self._receiver = made, FlightReceiver(seal)
+        self._heard = self.clock.monotonic()
+        self.state = f"{self.address}: copying the flight"
+
+    def _receive(self, timeout: float) -> list[Chunk]:
+        connection, receiver = self._socket, self._receiver
+        if connection is None or receiver is None:
+            return []
+        connection.settimeout(max(timeout, 0.0))
+        try:
+            data = connection.recv(_READ_BYTES)
+        except (TimeoutError, BlockingIOError):
+            if self.clock.monotonic() - self._heard > TELEMETRY.copy_timeout:
+                raise LinkUnavailableError(f"{self.address}: silent; reconnecting") from None
+            return []
+        if not data:
+            raise LinkUnavailableError(
+                f"{self.address}: connection closed by the other side; reconnecting"
+            )
+        self._heard = self.clock.monotonic()
+        try:
+            chunks = receiver.feed(data)
+        except (ValueError, IndexError, struct.error) as error:
+            raise LinkUnavailableError(f"{self.address}: {error}; reconnecting") from error
+        if receiver.server_us:
+            wall_us = self.clock.now_us() - self.clock.correction_us
+            self.clock_offset_us = receiver.server_us - wall_us
+            receiver.server_us = 0
+        for chunk in chunks:
+            self._note_position(chunk)
+        return list(chunks)
+
+    def _note_position(self, chunk: RecordedChunk) -> None:
+        stamp, count = self._after
+        former = count if stamp == chunk.stamp_us else 0
+        self._after = (chunk.stamp_us, former + len(chunk.items))
+
+    def _send(self, data: bytes) -> None:
+        """Send nothing: the flight is another recorder's."""
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+def _read_line(connection: socket.socket) -> bytes:
+    line = b""
+    while not line.endswith(b"\n") and len(line) < MAX_LINE:
+        # One by one: what follows the line are blocks.
+        if not (one := connection.recv(1)):
+            break
+        line += one
+    return line.removesuffix(b"\n")
