@@ -176,6 +176,12 @@ class FlightController(QObject):
             self.session.select_system(system, address)
             self._refresh(self.session)
 
+    def keep_fields(self, message: str) -> None:
+        """Read the flight again with the fields of a message as channels, until it is closed."""
+        if self.session is not None:
+            calibration = self.session.calibration.override_source or None
+            self.flight_opener.reload(self.session, calibration, f"{message}.*")
+
     def _follow_choice(self, session: Session) -> None:
         """Read the flight again where the crew chose another system, here or in another window."""
         chosen = session.system_selection.pending

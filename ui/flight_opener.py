@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from threading import Lock, Thread
@@ -92,13 +93,16 @@ class FlightOpener(QObject):
 
         self._open_session(make, place.name, None if channel_map or calibration else place)
 
-    def reload(self, session: Session, calibration: str | None) -> None:
+    def reload(self, session: Session, calibration: str | None, raw: str = "") -> None:
         """Open a flight again, as it is read now: a replay where it stands.
 
-        `calibration`: of a replay: a folder, or a shipped set; None for the flight's own.
+        `calibration`: of a replay: a folder, or a shipped set; None for the flight's own. `raw`:
+        fields of messages that are kept as channels too, ``ATTITUDE.*``.
         """
         path, feed, decoder = session.path, session.replay_feed, session.decoder
         channel_map = None if decoder is None else decoder.channel_map
+        if channel_map is not None and raw and raw not in channel_map.raw:
+            channel_map = replace(channel_map, raw=(*channel_map.raw, raw))
         if feed is None:
             self._open_session(lambda: self._followed(path, channel_map), path.name)
             return

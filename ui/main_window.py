@@ -339,7 +339,13 @@ class MainWindow(QMainWindow):
                 self.display_style, session.link_report, live=live, parent=self
             )
             self.flight_controller.refreshed.connect(dialog.refresh)
+            dialog.fields_requested.connect(self._chart_fields)
             dialog.exec()
+
+    def _chart_fields(self, message: str) -> None:
+        self.flight_controller.keep_fields(message)
+        self.view.show_panel(0)
+        self.view.channels.search.setText(f"{message}.")
 
     # What happens
 

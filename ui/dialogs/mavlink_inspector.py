@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QSize
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
 from gsapp.decoding.health import LinkReport, MessageHealth, RejectedSender, SenderHealth
@@ -119,6 +119,8 @@ class MavlinkInspector(SelfDeletingDialog):
     flight goes on, so that rates and ages mean something.
     """
 
+    fields_requested = Signal(str)  # A message whose fields are to be charted.
+
     def __init__(
         self,
         style: DisplayStyle,
@@ -129,6 +131,7 @@ class MavlinkInspector(SelfDeletingDialog):
     ) -> None:
         super().__init__(parent)
         self._ask = ask
+        self._names: dict[object, str] = {}
         self.setWindowTitle(tr("MAVLink inspector"))
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(style.px(760), style.px(600)).boundedTo(room))
@@ -143,6 +146,12 @@ class MavlinkInspector(SelfDeletingDialog):
         for place in () if live else LIVE_ONLY_COLUMNS:
             view.setColumnHidden(place, True)
         self.messages = ListPanel(view, style, tr("No frames received yet."))
+        chart = self.messages.add_button(
+            tr("Chart fields"),
+            tr("Read the fields of the selected message as channels, from the start of the flight"),
+            tr("Choose a message first"),
+        )
+        chart.clicked.connect(self._request_fields)
         column.addWidget(self.messages, 1)
         column.addWidget(create_label(tr(_DELAY), "hint", wrap=True))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -155,4 +164,12 @@ class MavlinkInspector(SelfDeletingDialog):
         sentences = () if report is None else (*describe_senders(report), *report.warnings)
         self.senders.setText("\n".join(sentences))
         self.senders.setVisible(bool(sentences))
+        messages = () if report is None else report.messages
+        self._names = {(one.system, one.component, one.message_id): one.name for one in messages}
         self.messages.show_rows(() if report is None else build_link_message_rows(report))
+
+    def _request_fields(self) -> None:
+        name = self._names.get(self.messages.view.current_key())
+        if name is not None:
+            self.accept()
+            self.fields_requested.emit(name)
