@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gsapp.api.estimation import discrepancy, estimate, report
-    from gsapp.api.flights import fly, maneuvers, open  # noqa: A004  as PIL.Image.open
+    from gsapp.api.flights import export, fly, maneuvers, open  # noqa: A004  as PIL.Image.open
     from gsapp.api.instruments import calibrate, compatibility
 
 # Matrices here are small: a second thread of the linear algebra only waits for the first (a fit
@@ -32,6 +32,7 @@ __all__ = [
     "compatibility",
     "discrepancy",
     "estimate",
+    "export",
     "fly",
     "maneuvers",
     "open",
@@ -42,6 +43,7 @@ _MODULES = {
     "compatibility": "gsapp.api.instruments",
     "discrepancy": "gsapp.api.estimation",
     "estimate": "gsapp.api.estimation",
+    "export": "gsapp.api.flights",
     "fly": "gsapp.api.flights",
     "maneuvers": "gsapp.api.flights",
     "open": "gsapp.api.flights",

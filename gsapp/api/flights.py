@@ -9,6 +9,7 @@ from typing import Any
 
 from gsapp.api.result import FlightSource, Result, request_values, table_of, unit_system
 from gsapp.flight.flight import Flight
+from gsapp.flight.flight_export import check_export, export_flight
 from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.maneuvers import FlightManeuvers, uncalibrated_text
@@ -66,6 +67,44 @@ def open(  # noqa: A001  as `gsapp.open` is called
     )
     given = {"aircraft": aircraft, "channel_map": channel_map, "calibration": calibration}
     return replace(flight, opened_with={name: str(one) for name, one in given.items() if one})
+
+
+def export(
+    flight: FlightSource,
+    out: str | Path,
+    *,
+    to: str = "",
+    units: str = "us",
+    aircraft: str | Path = "",
+) -> Path:
+    """Write a flight for other programs, as ``gsapp export``.
+
+    Parameters
+    ----------
+    flight : Flight, str or Path
+        An open flight, or the path of one.
+    out : str or Path
+        File to write.
+    to : {"csv", "mat", "parquet", "sidpac"}, optional
+        Format; by default by the ending of the name. ``sidpac`` is a ``.mat`` file with the array
+        ``fdata`` of SIDPAC; ``gsapp.open(file, channel_map="sidpac")`` reads one.
+    units : {"us", "si", "base"}, optional
+        Of the columns, as for ``Flight.to_numpy``; those of SIDPAC are fixed.
+    aircraft : str or Path, optional
+        For the mass, inertia and geometry in ``fdata``; by default that of the flight folder.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    opened, place = flight if isinstance(flight, Flight) else open(flight), Path(out)
+    wanted, system = to or place.suffix.lstrip(".").casefold(), units.casefold()
+    check_export(place, wanted, system)
+    export_flight(
+        opened, place, wanted, system, aircraft or opened.opened_with.get("aircraft") or None
+    )
+    return place
 
 
 def maneuvers(

@@ -66,10 +66,13 @@ def import_(
     write_json(json, {"flight": str(out), **summarize_flight(flight)})
 
 
-@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration")
+@takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration", "aircraft")
 def export(
     flight: FlightPath,
-    to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
+    to: Annotated[
+        Literal["csv", "mat", "parquet", "sidpac"],
+        typer.Option(help="Format; sidpac: .mat with the array fdata of SIDPAC"),
+    ],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     units: FileUnits = "us",
     native: Annotated[
@@ -84,6 +87,7 @@ def export(
     json: JsonFile = None,
     channel_map: str | None = None,
     calibration: str | None = None,
+    aircraft: str | None = None,
 ) -> None:
     """Write a flight for other programs.
 
@@ -93,40 +97,37 @@ def export(
     Example: gsapp export flights/2026-05-12-a --to csv --native --raw "NKF1.*" --out raw.csv
 
     Example: gsapp export flights/2026-05-12-a --to mat --out flight.mat
+
+    Example: gsapp export flights/2026-05-12-a --to sidpac --out fdata.mat
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._flight_text import print_flight
-    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.flight.flight_export import SIDPAC, check_export, export_flight
     from gsapp.flight.flight_loader import load_flight
     from gsapp.flight.summary import summarize_flight
-    from gsapp.flight.writers import WRITERS, ColumnUnits, check_format, write_block
-    from gsapp.foundation import FlightError
+    from gsapp.flight.writers import ColumnUnits
 
-    check_format(to)
-    ending = out.suffix.casefold().lstrip(".")
-    if ending in WRITERS and ending != to:
-        raise CommandUsageError(
-            f"{out.name} has the ending of another format than --to {to}; make them agree"
-        )
-    ColumnUnits.from_channels((), units)
+    with as_usage_error():
+        check_export(out, to, units)
     console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(
             flight,
             channel_map=channel_map,
             certificates=calibration,
+            aircraft=aircraft,
             raw=raw or (),
             native=native,
         )
-    if not len(loaded.block):
-        raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
     with console.status(f"writing {out.name}"):
-        write_block(out, loaded.block, to, units)
+        export_flight(loaded, out, to, units, aircraft)
     if not is_stdout(json):
         print_flight(console, loaded)
         console.print(f"written to {out}", soft_wrap=True)
     if json is not None:
-        layout = ColumnUnits.from_channels(loaded.block.channels, units)
+        channels = () if to == SIDPAC else loaded.block.channels
+        layout = ColumnUnits.from_channels(channels, units)
         written = {
             "file": str(out),
             "format": to,

@@ -35,6 +35,7 @@ several columns), and the head may name the clock::
 
     time = "GPS time (ms)"     # else a column called time, t, timestamp ...
     time_unit = "ms"           # else s
+    unfilled = 0               # a column that holds nothing but this was not measured
 """
 
 from __future__ import annotations
@@ -159,6 +160,8 @@ class ChannelMap:
     table_time: str | None = None
     """Column of a table with the time; None for one of the usual names."""
     table_time_unit: str = "s"
+    unfilled: float | None = None
+    """Of a table: value of all samples of a column that was not measured."""
     path: Path | None = None
     by_channel: Mapping[str, tuple[MapEntry, ...]] = field(init=False)
     """The sources of each channel, the best first."""
@@ -237,6 +240,7 @@ class _MapHeader(StrictModel):
     raw: list[str] = Field(default_factory=list)
     time: str | None = None
     time_unit: str = "s"
+    unfilled: float | None = None
 
     @field_validator("time_unit")
     @classmethod
@@ -283,6 +287,7 @@ class _Reader:
             text_scale=self._text_scale,
             table_time=head.time,
             table_time_unit=head.time_unit,
+            unfilled=head.unfilled,
             path=self._path,
         )
 

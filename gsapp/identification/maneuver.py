@@ -10,6 +10,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
+from gsapp.flight.air_data_histories import add_air_data
 from gsapp.flight.flown_aircraft import FlownAircraft, apply_flight_info
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuver_settings import ManeuverSettings
@@ -31,7 +32,6 @@ from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.record_preparation import (
-    add_air_data,
     advance_flags,
     aircraft_as_recorded,
     channel_delays,

@@ -20,10 +20,10 @@ from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
 from gsapp.dynamics.signal_terms import apply_lag
+from gsapp.flight.air_data_histories import air_density, airspeed_history
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.preparation_settings import PREPARATION
-from gsapp.identification.record_preparation import air_density, airspeed_history
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 

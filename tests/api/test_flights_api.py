@@ -109,6 +109,7 @@ PARAMETERS = {
     "gsapp.compatibility": "flights error units settings",
     "gsapp.discrepancy": "flights out units settings",
     "gsapp.estimate": "flights units settings",
+    "gsapp.export": "flight out to units aircraft",
     "gsapp.fly": "out truth settings",
     "gsapp.maneuvers": "flight units settings",
     "gsapp.open": "path aircraft channel_map calibration native raw",

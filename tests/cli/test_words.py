@@ -144,7 +144,7 @@ def test_the_version_is_that_of_the_package(option: str) -> None:
     ("typed", "completed"),
     [
         ("gsapp est", ["estimate"]),
-        ("gsapp export --to ", ["csv", "mat", "parquet"]),
+        ("gsapp export --to ", ["csv", "mat", "parquet", "sidpac"]),
         ("gsapp replay --head", ["--headless"]),
     ],
 )

@@ -256,6 +256,7 @@ def api() -> str:
         "",
         "```python",
         "import gsapp",
+        "",
         'flight = gsapp.open("flights/2026-05-12-a")',
         'flight.to_dataframe(["alpha", "q", "de"], units="us")',
         "```",

@@ -13,6 +13,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.cli.maneuvers import maneuvers as maneuvers_command
 from gsapp.dynamics.equations import attitude_rates
 from gsapp.flight import Flight
+from gsapp.flight.air_data_histories import add_air_data
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.flight.read_settings import assumed_aircraft_text
@@ -25,7 +26,6 @@ from gsapp.identification.maneuver import (
 )
 from gsapp.identification.motion import integrate_attitude, measured_motion
 from gsapp.identification.record_preparation import (
-    add_air_data,
     advance_flags,
     advance_samples,
     channel_delays,

@@ -153,7 +153,8 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
                 expected = f"'{clock}' has {times.size} times"
                 problems.append(_size_problem(name, shape, expected, times.size))
             else:
-                columns[name] = values[good]
+                is_unfilled = bool((values == channel_map.unfilled).all())
+                columns[name] = np.full(good.sum(), np.nan) if is_unfilled else values[good]
         tables[TABLE, key] = LogTable(times=times[good], fields=columns)
     if problems:
         raise FileProblemsError(file, problems)
