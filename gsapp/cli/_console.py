@@ -23,7 +23,7 @@ from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback, CampaignValue
-    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.maneuver import StatusCallback
 
 WorkResult = TypeVar("WorkResult")
 

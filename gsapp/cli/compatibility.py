@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import DISPLAY_UNITS, FlightPaths, JsonFile, Units
+from gsapp.cli._options import DISPLAY_UNITS, FlightPaths, JsonFile, On, Units, open_workers
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -28,6 +28,7 @@ def compatibility(
         ),
     ] = None,
     free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
+    on: On = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     **settings: Any,
@@ -58,8 +59,8 @@ def compatibility(
     check_windows(given.maneuver_windows, flights)
     with as_usage_error():
         checked = settings_with_errors((*(error or ()), *(free or ())))
-    with console.status("reading") as status:
-        flown, result = check_flights(flights, given, checked, doing=status.update)
+    with open_workers(on) as pool, console.status("reading") as status:
+        flown, result = check_flights(flights, given, checked, doing=status.update, pool=pool)
     if json is not None:
         content = compatibility_json(result)
         content["calibration"] = calibration_json(one.flight for one in flown)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import takes_settings
-from gsapp.cli._options import DISPLAY_UNITS, JsonFile, Units
+from gsapp.cli._options import DISPLAY_UNITS, JsonFile, On, Units, open_workers
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -47,6 +47,7 @@ def discrepancy(
             "held-out maneuver",
         ),
     ] = None,
+    on: On = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     **settings: Any,
@@ -89,7 +90,7 @@ def discrepancy(
         request = DiscrepancySettings(check_instruments=True, **settings)
         check_effects(request)
     check_windows(request.maneuver_windows, flights)
-    flown, found = _search(console, flights, request, draw or ())
+    flown, found = _search(console, flights, request, draw or (), on)
     provenance = search_provenance(flights, request)
     with console.status("writing the report"):
         write_discrepancy_folder(
@@ -112,13 +113,17 @@ def _search(
     flights: Sequence[Path],
     settings: DiscrepancySettings,
     draw: Sequence[str],
+    on: str | None,
 ) -> tuple[tuple[FlightWithManeuvers, ...], DiscrepancyResult]:
     from rich.progress import TaskProgressColumn, TimeRemainingColumn
 
     from gsapp.discrepancy.flight_search import search_flights
 
     columns = (TaskProgressColumn(), TimeRemainingColumn())
-    with console.progress(*columns, disable=not console.is_terminal) as bar:
+    with (
+        open_workers(on) as pool,
+        console.progress(*columns, disable=not console.is_terminal) as bar,
+    ):
         task = bar.add_task("preparing", total=1.0)
 
         def doing(text: str) -> None:
@@ -127,4 +132,4 @@ def _search(
         def show(done: SearchProgress) -> None:
             bar.update(task, completed=done.share, description=done.activity)
 
-        return search_flights(flights, settings, draw=draw, doing=doing, progress=show)
+        return search_flights(flights, settings, draw=draw, doing=doing, progress=show, pool=pool)

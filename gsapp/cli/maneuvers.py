@@ -1,26 +1,83 @@
-"""``gsapp maneuvers``: the maneuvers of a flight, found and graded."""
+"""``gsapp maneuvers``: the maneuvers of flights, found and graded."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import DISPLAY_UNITS, CatalogFile, FlightPath, JsonFile, Units
+from gsapp.cli._options import (
+    DISPLAY_UNITS,
+    CatalogFile,
+    FlightPaths,
+    JsonFile,
+    On,
+    Units,
+    open_workers,
+)
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
+    from gsapp.flight.catalog import FlightEntry
     from gsapp.flight.flight import Flight
+    from gsapp.flight.maneuver_settings import ManeuverSettings
     from gsapp.flight.maneuvers import DetectedManeuver, FlightManeuvers
 
 _GRADE_COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
 _CARD_COLORS = {"done": "green", "begun": "yellow", "open": "red"}
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Survey:
+    """What is printed of a flight and kept of it."""
+
+    entry: FlightEntry
+    found: FlightManeuvers
+    calibration: tuple[str, ...]
+    aircraft_warnings: tuple[str, ...]
+    remarks: tuple[str, ...]
+    assumed: str
+    """Where nobody said which aircraft flew it: which one is taken, in words."""
+
+
+def _survey(
+    path: Path, settings: ManeuverSettings, doing: Callable[[str], object] = lambda _: None
+) -> _Survey:
+    from gsapp.aircraft import file_warnings
+    from gsapp.flight.catalog import FlightEntry
+    from gsapp.flight.flight import calibration_sentences
+    from gsapp.flight.read_settings import assumed_aircraft_text
+    from gsapp.session.graded_maneuvers import find_graded_maneuvers
+
+    graded = find_graded_maneuvers(path, settings, doing=doing)
+    flight, aircraft, found = graded.flight, graded.aircraft, graded.found
+    is_known = graded.is_aircraft_known
+    return _Survey(
+        entry=FlightEntry.from_flight(flight, found.maneuvers, aircraft=aircraft.name),
+        found=found,
+        calibration=calibration_sentences([flight]),
+        aircraft_warnings=tuple(f"{aircraft.name}: {text}" for text in file_warnings(aircraft)),
+        remarks=_remarks(flight, found),
+        assumed="" if is_known else assumed_aircraft_text(flight.name, flight.info),
+    )
+
+
+def _survey_or_failure(path: Path, settings: ManeuverSettings) -> _Survey | str:
+    from gsapp.foundation import GroundStationError
+
+    try:
+        return _survey(path, settings)
+    except GroundStationError as error:
+        return str(error)
+
+
 @takes_settings(MANEUVER_SETTINGS, "aircraft", "as_found", "channel_map", "calibration")
 def maneuvers(
-    flight: FlightPath,
+    flights: FlightPaths,
+    on: On = None,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -29,19 +86,18 @@ def maneuvers(
     channel_map: str | None = None,
     calibration: str | None = None,
 ) -> None:
-    """Find the maneuvers of a flight and grade them.
+    """Find the maneuvers of flights and grade them.
 
     What was changed by hand counts.
 
     Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
+
+    Example: gsapp maneuvers flights/* --on local --catalog campaign.sqlite
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._flight_text import print_aircraft_warnings, print_calibration
     from gsapp.cli._usage_errors import check_catalog
-    from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.maneuver_settings import ManeuverSettings
-    from gsapp.flight.read_settings import assumed_aircraft_text
-    from gsapp.session.graded_maneuvers import find_graded_maneuvers
+    from gsapp.foundation import FlightError
 
     console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
@@ -51,46 +107,108 @@ def maneuvers(
         channel_map=channel_map or "",
         calibration=calibration or "",
     )
-    with console.status("reading") as status:
-        graded = find_graded_maneuvers(flight, settings, doing=status.update)
-    loaded, flown, found = graded.flight, graded.aircraft, graded.found
+    surveys = _surveys(console, flights, settings, on)
     if catalog is not None:
-        with Catalog(catalog) as store:
-            store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
-    write_json(json, [maneuver.to_json() for maneuver in found.maneuvers])
-    print_calibration(console, [loaded])
+        _store(catalog, surveys)
+    content = [_json(path, one) for path, one in zip(flights, surveys, strict=True)]
+    write_json(json, content if len(flights) > 1 else content[0]["maneuvers"])
+    _print(console, flights, surveys, brief=is_stdout(json))
     if not is_stdout(json):
-        print_aircraft_warnings(console, [flown])
-        _describe(console, loaded, found)
-        if not graded.is_aircraft_known and (
-            assumed := assumed_aircraft_text(loaded.name, loaded.info)
-        ):
-            console.print_sentence(assumed, "yellow")
-        print_card_status(console, flight, found.maneuvers)
-        for path in (json, catalog):
-            if path is not None:
-                console.print(f"written to {path}", soft_wrap=True)
+        for file in (json, catalog):
+            if file is not None:
+                console.print(f"written to {file}", soft_wrap=True)
+    failed = sum(isinstance(one, str) for one in surveys)
+    if failed:
+        raise FlightError(f"{failed} of {len(flights)} flights could not be searched")
 
 
-def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> None:
+def _json(path: Path, survey: _Survey | str) -> dict[str, Any]:
+    if isinstance(survey, str):
+        return {"flight": path.name, "maneuvers": [], "failure": survey}
+    found = survey.found.maneuvers
+    return {"flight": survey.entry.name, "maneuvers": [one.to_json() for one in found]}
+
+
+def _print(
+    console: PlainConsole, flights: Sequence[Path], surveys: Sequence[_Survey | str], *, brief: bool
+) -> None:
+    found = [one for one in surveys if not isinstance(one, str)]
+    sentences = [text for one in found for text in one.calibration]
+    if not brief:
+        sentences += dict.fromkeys(text for one in found for text in one.aircraft_warnings)
+    for sentence in sentences:
+        console.print_sentence(sentence, "yellow")
+    for path, survey in zip(flights, surveys, strict=True):
+        if isinstance(survey, str):
+            console.print_sentence(f"{path.name}: {survey}", "bold red")
+        elif not brief:
+            _describe(console, survey)
+            if survey.assumed:
+                console.print_sentence(survey.assumed, "yellow")
+            print_card_status(console, path, survey.found.maneuvers)
+
+
+def _surveys(
+    console: PlainConsole, flights: Sequence[Path], settings: ManeuverSettings, on: str | None
+) -> list[_Survey | str]:
+    """Return what was found in each flight; of several, why one could not be searched."""
+    from gsapp.foundation import FlightError
+    from gsapp.foundation.executors import WorkerLostError, map_tasks
+
+    with open_workers(on) as pool, console.status("reading") as status:
+        if len(flights) == 1 and pool is None:
+            return [_survey(flights[0], settings, status.update)]
+
+        def paths() -> Iterator[Path]:
+            for number, path in enumerate(flights, start=1):
+                status.update(f"reading {path.name} ({number} of {len(flights)})")
+                yield path
+
+        work = partial(_survey_or_failure, settings=settings)
+        found = [
+            str(one) if isinstance(one, WorkerLostError) else one
+            for one in map_tasks(pool, work, paths())
+        ]
+    if len(found) == 1 and isinstance(found[0], str):
+        raise FlightError(found[0])
+    return found
+
+
+def _store(catalog: Path, surveys: Sequence[_Survey | str]) -> None:
+    from gsapp.flight.catalog import Catalog, store_entry
+
+    with Catalog(catalog) as store:
+        for one in surveys:
+            if not isinstance(one, str):
+                store_entry(store, one.entry)
+
+
+def _remarks(flight: Flight, found: FlightManeuvers) -> tuple[str, ...]:
+    from gsapp.flight.maneuvers import explain_no_maneuvers, surface_remarks, uncalibrated_text
+
+    if found.maneuvers:
+        return (*found.remarks, *uncalibrated_text(flight))
+    return (
+        f"no maneuver was found: {explain_no_maneuvers(flight)}; name one with --maneuver "
+        "START:STOP where a command takes it",
+        *(one for one in found.remarks if one not in surface_remarks(flight)),
+    )
+
+
+def _describe(console: PlainConsole, survey: _Survey) -> None:
     from rich.text import Text
 
-    from gsapp.flight.maneuvers import (
-        GRADED_BY_CREW,
-        GRADES,
-        explain_no_maneuvers,
-        surface_remarks,
-        uncalibrated_text,
-    )
+    from gsapp.flight.maneuvers import GRADED_BY_CREW, GRADES
     from gsapp.quantities import channel, to_si
     from gsapp.quantities.constants import DEGREE
 
     speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
+    found = survey.found
     count = len(found.maneuvers)
     numbers = ("start [s]", "end [s]", "size [deg]", f"V [{speed}]", "alpha [deg]")
     table = console.create_table(
-        f"{flight.name}: {count} maneuver{'' if count == 1 else 's'}",
+        f"{survey.entry.name}: {count} maneuver{'' if count == 1 else 's'}",
         ("id", *numbers[:2], "inputs", "kind", *numbers[2:], "grade"),
         right=numbers,
     )
@@ -126,15 +244,7 @@ def _describe(console: PlainConsole, flight: Flight, found: FlightManeuvers) -> 
     ]
     for sentence in told:
         console.print_sentence(sentence, "dim")
-    remarks = [*found.remarks, *uncalibrated_text(flight)]
-    if not found.maneuvers:
-        remarks = [
-            f"no maneuver was found: {explain_no_maneuvers(flight)}; name one with --maneuver "
-            "START:STOP where "
-            "a command takes it",
-            *(one for one in found.remarks if one not in surface_remarks(flight)),
-        ]
-    for sentence in remarks:
+    for sentence in survey.remarks:
         console.print_sentence(sentence, "yellow")
 
 

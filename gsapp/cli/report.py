@@ -12,7 +12,7 @@ from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.maneuver import StatusCallback
     from gsapp.identification.runs.run_execution import RunOutcome
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignProgressCallback
-    from gsapp.identification.runs.inputs import StatusCallback
+    from gsapp.identification.maneuver import StatusCallback
     from gsapp.identification.runs.run_comparison import RepeatedRun, RunComparison
     from gsapp.identification.runs.run_store import StoredRun
 

@@ -15,6 +15,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.flight.flight import calibration_sentences
 from gsapp.flight.maneuvers import uncalibrated_text
 from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.executors import WorkerPool
 from gsapp.identification.maneuver import (
     FlightWithManeuvers,
     Maneuver,
@@ -38,18 +39,20 @@ def search_flights(
     draw: Sequence[str] = (),
     doing: Callable[[str], object] | None = None,
     progress: SearchProgressCallback | None = None,
+    pool: WorkerPool | None = None,
 ) -> tuple[tuple[FlightWithManeuvers, ...], DiscrepancyResult]:
     """Open flights, cut their maneuvers and search for the effect that the model lacks.
 
     `draw`: maneuvers that a report is to show, checked before the search.
     `doing`: told what is being done, in words, before the search.
     `progress`: told how far the search is.
+    `pool`: where flights are read.
 
     Raises `GroundStationError` if a flight or file cannot be read, there are too few maneuvers, or
     one that was named is not among them.
     """
     model = load_model(settings.model) if settings.model else None
-    flown = open_flights_with_maneuvers(paths, settings, doing=doing)
+    flown = open_flights_with_maneuvers(paths, settings, doing=doing, pool=pool, keep_samples=False)
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:

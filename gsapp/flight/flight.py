@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +49,16 @@ class FrameCounts:
     """Lines of text that were left out."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutOfRange:
+    """Samples beyond what instruments were calibrated for."""
+
+    counts: Mapping[str, int]
+    """By channel; those of none are left out."""
+    remarks: tuple[str, ...]
+    """`Flight.calibration_remarks`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flight:
     """A whole flight in engineering units."""
@@ -81,6 +91,8 @@ class Flight:
 
     opened_with: Mapping[str, str] = field(default_factory=dict)
     """Aircraft, channel map and certificates in place of those of the flight, by setting."""
+    out_of_range: OutOfRange | None = None
+    """Counted when the samples were dropped (`without_samples`); None where they are there."""
 
     @property
     def uncalibrated_channels(self) -> tuple[str, ...]:
@@ -89,6 +101,8 @@ class Flight:
     @property
     def calibration_remarks(self) -> tuple[str, ...]:
         """Return what is to be said of the calibration behind the numbers; part of `remarks`."""
+        if self.out_of_range is not None:
+            return self.out_of_range.remarks
         return calibration_remarks(self.certificates, self.sources, self.block)
 
     def calibration_json(self) -> dict[str, Any]:
@@ -97,11 +111,26 @@ class Flight:
         ``uncalibrated`` lists channels that had none, ``beyond`` counts the samples of channels
         outside the range that was calibrated.
         """
+        counts = (
+            count_samples_out_of_range(self.certificates, self.sources, self.block)
+            if self.out_of_range is None
+            else dict(self.out_of_range.counts)
+        )
         return {
             **self.certificates.to_json(),
             "uncalibrated": list(self.uncalibrated_channels),
-            "beyond": count_samples_out_of_range(self.certificates, self.sources, self.block),
+            "beyond": counts,
         }
+
+    def without_samples(self) -> Flight:
+        """Return what is known of the flight beside its samples and events."""
+        counts = count_samples_out_of_range(self.certificates, self.sources, self.block)
+        return replace(
+            self,
+            block=self.block.between(0.0, 0.0),
+            events=(),
+            out_of_range=OutOfRange(counts=counts, remarks=self.calibration_remarks),
+        )
 
     @property
     def rate(self) -> float:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -30,6 +32,7 @@ from gsapp.flight.maneuvers.flight_maneuvers import FlightManeuvers, ground_wind
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, assumed_aircraft_text, find_aircraft
 from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
+from gsapp.foundation.executors import WorkerLostError, WorkerPool, map_tasks
 from gsapp.identification.preparation_settings import PREPARATION
 from gsapp.identification.record_preparation import (
     advance_flags,
@@ -45,6 +48,10 @@ from gsapp.identification.record_preparation import (
 from gsapp.quantities import INSTRUMENTS, Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
+
+StatusCallback = Callable[[str], object]
+"""Told what is being done, in words."""
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -340,38 +347,92 @@ def open_flights_with_maneuvers(
     paths: Sequence[Path],
     settings: ManeuverSettings | None = None,
     *,
-    doing: Callable[[str], object] | None = None,
+    doing: StatusCallback | None = None,
+    pool: WorkerPool | None = None,
+    keep_samples: bool = True,
 ) -> tuple[FlightWithManeuvers, ...]:
     """Open flights and cut their maneuvers.
 
-    `doing`: told what is being done, in words, before each step.
+    Parameters
+    ----------
+    doing : callable, optional
+        Told what is being done, in words, before each step.
+    pool : WorkerPool, optional
+        Where flights are read, which then are without samples. In this process without it.
+    keep_samples : bool
+        Whether the flights hold their samples; maneuvers always do.
 
-    Raises `GroundStationError` if a flight or file cannot be read, or a window cannot.
+    Raises
+    ------
+    GroundStationError
+        If a flight or file cannot be read, or a window cannot.
     """
     chosen = settings or ManeuverSettings()
-    given, count = chosen.maneuver_windows, len(paths)
     # A window that names no flight of these is told before anything is read.
-    windows = parse_maneuver_windows(given, count)
-    flown: list[FlightWithManeuvers] = []
-    for number, path in enumerate(paths, start=1):
-        if doing is not None:
-            doing(f"reading {path.name}")
-        opened = open_flight(
-            path,
-            aircraft=chosen.aircraft or None,
-            channel_map=chosen.channel_map or None,
-            calibration=chosen.calibration or None,
-        )
-        if doing is not None:
-            doing(f"looking for maneuvers in {path.name}")
-        surveyed = collect_maneuvers(
-            opened.flight, opened.aircraft, given=given, number=number, flights=count,
-            as_found=chosen.as_found,
-        )  # fmt: skip
-        every_grade = chosen.every_grade or any(window.flight == number for window in windows)
-        prefix = f"{number}:" if count > 1 else ""
-        flown.append(cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=every_grade))
-    return tuple(flown)
+    parse_maneuver_windows(chosen.maneuver_windows, len(paths))
+    work = partial(
+        _open_flight_with_maneuvers,
+        tuple(paths),
+        chosen,
+        keep_samples=keep_samples and pool is None,
+        doing=doing if pool is None else None,
+    )
+    return tuple(map_flights(pool, work, paths, doing))
+
+
+def _open_flight_with_maneuvers(
+    paths: Sequence[Path],
+    chosen: ManeuverSettings,
+    number: int,
+    *,
+    keep_samples: bool,
+    doing: StatusCallback | None,
+) -> FlightWithManeuvers:
+    path, count = paths[number - 1], len(paths)
+    if doing is not None:
+        doing(f"reading {path.name}")
+    opened = open_flight(
+        path,
+        aircraft=chosen.aircraft or None,
+        channel_map=chosen.channel_map or None,
+        calibration=chosen.calibration or None,
+    )
+    if doing is not None:
+        doing(f"looking for maneuvers in {path.name}")
+    surveyed = collect_maneuvers(
+        opened.flight, opened.aircraft, given=chosen.maneuver_windows, number=number, flights=count,
+        as_found=chosen.as_found,
+    )  # fmt: skip
+    windows = parse_maneuver_windows(chosen.maneuver_windows, count)
+    every_grade = chosen.every_grade or any(window.flight == number for window in windows)
+    prefix = f"{number}:" if count > 1 else ""
+    found = cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=every_grade)
+    return found if keep_samples else replace(found, flight=found.flight.without_samples())
+
+
+def map_flights(
+    pool: WorkerPool | None,
+    work: Callable[[int], Result],
+    paths: Sequence[Path],
+    doing: StatusCallback | None,
+) -> Iterator[Result]:
+    """Yield what a function gives for the number of each flight, from 1, in their order.
+
+    With a pool it runs there, and `doing` is told what is read.
+
+    Raises `FlightError` if a flight ended two workers of the pool.
+    """
+
+    def numbers() -> Iterator[int]:
+        for number, path in enumerate(paths, start=1):
+            if pool is not None and doing is not None:
+                doing(f"reading {path.name}")
+            yield number
+
+    for path, found in zip(paths, map_tasks(pool, work, numbers()), strict=True):
+        if isinstance(found, WorkerLostError):
+            raise FlightError(f"{path} cannot be read: {found}")
+        yield found
 
 
 def cut_flight_maneuvers(

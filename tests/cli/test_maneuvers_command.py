@@ -42,7 +42,7 @@ def listed(folder: Path) -> tuple[str, Path, Path]:
     out, catalog = folder / "m.json", folder / "campaign.sqlite"
     shown = io.StringIO()
     with redirect_stdout(shown):
-        maneuvers(flight=folder / "whole.csv", aircraft="b777", json=out, catalog=catalog)
+        maneuvers(flights=[folder / "whole.csv"], aircraft="b777", json=out, catalog=catalog)
     return shown.getvalue(), out, catalog
 
 
@@ -77,7 +77,7 @@ def test_no_maneuver_is_an_a_that_the_debrief_does_not_call_good(folder, listed,
 
 
 def test_json_alone_on_the_screen(folder, capsys):
-    maneuvers(flight=folder / "short.csv", json=Path("-"))
+    maneuvers(flights=[folder / "short.csv"], json=Path("-"))
     shown = capsys.readouterr()
     (one,) = json.loads(shown.out)
     # Shorter than a minute with one maneuver: taken whole.
@@ -87,7 +87,7 @@ def test_json_alone_on_the_screen(folder, capsys):
 
 def test_an_aircraft_that_does_not_exist_is_told(folder):
     with pytest.raises(GroundStationError, match="no-such-aircraft"):
-        maneuvers(flight=folder / "whole.csv", aircraft="no-such-aircraft")
+        maneuvers(flights=[folder / "whole.csv"], aircraft="no-such-aircraft")
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_an_aircraft_that_does_not_exist_is_told(folder):
 def test_what_cannot_be_searched_says_why(folder, tmp_path, name, words):
     catalog = tmp_path / "c.sqlite"
     with pytest.raises(GroundStationError, match=words):
-        maneuvers(flight=folder / name, catalog=catalog)
+        maneuvers(flights=[folder / name], catalog=catalog)
     assert not catalog.exists()
 
 
@@ -106,7 +106,7 @@ def test_a_flight_without_maneuvers_says_so(folder, tmp_path, capsys):
     write_block(
         path, Block(channels=quiet.channels, times=quiet.times, values=quiet.values), "csv", "us"
     )
-    maneuvers(flight=path, json=tmp_path / "m.json")
+    maneuvers(flights=[path], json=tmp_path / "m.json")
     assert "no maneuver" in capsys.readouterr().out
     assert json.loads((tmp_path / "m.json").read_text()) == []
 

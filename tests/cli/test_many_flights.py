@@ -1,5 +1,6 @@
 """Commands over several flights on several processes: the same JSON, whatever happens to them."""
 
+import json
 import os
 import signal
 import subprocess
@@ -33,7 +34,7 @@ def result_of(command: str, flights: list[Path], out: Path, *options: str) -> by
 
 
 @pytest.mark.parametrize("address", ["local:2", "dask://local:2"])
-@pytest.mark.parametrize("command", ["estimate"])
+@pytest.mark.parametrize("command", ["estimate", "maneuvers", "compatibility"])
 def test_the_json_is_the_same_to_the_last_bit(
     command: str, address: str, flights: list[Path], tmp_path: Path
 ) -> None:
@@ -41,6 +42,27 @@ def test_the_json_is_the_same_to_the_last_bit(
         pytest.importorskip("distributed", reason="Dask is not installed (extra dask)")
     here = result_of(command, flights, tmp_path / "here.json")
     assert result_of(command, flights, tmp_path / "there.json", "--on", address) == here
+
+
+def test_maneuvers_of_several_flights_name_each_and_the_one_that_fails(
+    flights: list[Path], tmp_path: Path
+) -> None:
+    broken = tmp_path / "broken.csv"
+    broken.write_text("nothing\n")
+    out = tmp_path / "m.json"
+    done = gsapp("maneuvers", flights[0], broken, flights[1], "--json", out)
+    assert done.returncode == 1
+    first, second, third = json.loads(out.read_text())
+    assert [first["flight"], second["flight"], third["flight"]] == [
+        "flight5",
+        "broken.csv",
+        "flight6",
+    ]
+    assert second["failure"]
+    assert second["maneuvers"] == []
+    for path, one in ((flights[0], first), (flights[1], third)):
+        assert gsapp("maneuvers", path, "--json", out).returncode == 0
+        assert json.loads(out.read_text()) == one["maneuvers"] != []
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="child processes are found in /proc")

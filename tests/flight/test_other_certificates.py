@@ -253,7 +253,7 @@ def test_results_with_other_certificates_stay_out_of_the_catalog(
 ) -> None:
     for call in (
         lambda: maneuvers(
-            flight=flight.path, calibration=str(other), catalog=tmp_path / "c.sqlite"
+            flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
         ),
         lambda: estimate(
             flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
@@ -281,7 +281,7 @@ def test_every_analysis_reads_with_the_certificates_given(
             validate=shutil.copytree(flight.path, tmp_path / "another"),
             calibration="absent",
         ),
-        "maneuvers": lambda: maneuvers(flight=flight.path, calibration="absent"),
+        "maneuvers": lambda: maneuvers(flights=[flight.path], calibration="absent"),
     }
     with pytest.raises(Exception, match="no folder 'absent'"):
         calls[command]()

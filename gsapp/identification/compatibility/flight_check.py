@@ -10,6 +10,7 @@ from typing import Any
 
 from gsapp.flight.maneuver_settings import ManeuverSettings
 from gsapp.foundation import FlightError
+from gsapp.foundation.executors import WorkerPool
 from gsapp.identification.compatibility.compatibility_check import check_compatibility
 from gsapp.identification.compatibility.results import CompatibilityResult
 from gsapp.identification.compatibility.settings import DEFAULT_FREE_ERRORS, CompatibilitySettings
@@ -31,14 +32,18 @@ def check_flights(
     checked: CompatibilitySettings,
     *,
     doing: Callable[[str], object] = lambda _: None,
+    pool: WorkerPool | None = None,
 ) -> tuple[tuple[FlightWithManeuvers, ...], CompatibilityResult]:
     """Compare the instruments of flights in all their maneuvers.
 
     `doing`: told what is being done, in words, before each step.
+    `pool`: where flights are read.
 
     Raises `GroundStationError` if a flight cannot be read, or none has a maneuver.
     """
-    flown = open_flights_with_maneuvers(paths, settings.with_changes(every_grade=True), doing=doing)
+    flown = open_flights_with_maneuvers(
+        paths, settings.with_changes(every_grade=True), doing=doing, pool=pool, keep_samples=False
+    )
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
         raise FlightError(

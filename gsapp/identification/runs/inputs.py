@@ -33,7 +33,13 @@ from gsapp.flight.provenance import NON_DATA_FILES, InputFile, hash_input_file
 from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import is_system_file
-from gsapp.identification.maneuver import Maneuver, OpenedFlight, cut_flight_maneuvers, open_flight
+from gsapp.identification.maneuver import (
+    Maneuver,
+    OpenedFlight,
+    StatusCallback,
+    cut_flight_maneuvers,
+    open_flight,
+)
 from gsapp.identification.runs.request import RunRequest, SelectedManeuver
 from gsapp.identification.weights import SHIPPED_WEIGHTS as WEIGHTS
 from gsapp.identification.weights import Weights, load_weights
@@ -288,10 +294,6 @@ def input_files(request: RunRequest, flown: Sequence[FlightSelection]) -> tuple[
 
 def _has_aircraft(path: Path) -> bool:
     return path.is_dir() and FlightFolder(path=path).aircraft_file.is_file()
-
-
-StatusCallback = Callable[[str], object]
-"""Told what is being done, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

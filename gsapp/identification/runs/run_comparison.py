@@ -13,7 +13,8 @@ from gsapp.flight.provenance import InputFile, find_changed_parts
 from gsapp.foundation.name_suggestions import format_names
 from gsapp.identification.campaign import CampaignProgressCallback, CampaignValue
 from gsapp.identification.estimate_json import stored_estimates
-from gsapp.identification.runs.inputs import FlightCache, StatusCallback
+from gsapp.identification.maneuver import StatusCallback
+from gsapp.identification.runs.inputs import FlightCache
 from gsapp.identification.runs.request import RunRequest, setting_differences
 from gsapp.identification.runs.run_execution import RunOutcome, execute_run
 from gsapp.identification.runs.run_store import StoredRun, load_run

@@ -16,7 +16,7 @@ from gsapp.flight.catalog import FlightEntry
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.foundation.executors import WorkerLostError, WorkerPool, map_tasks
+from gsapp.foundation.executors import WorkerPool
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.foundation.temporary_arrays import open_temporary_file
 from gsapp.identification.accelerometer_position import find_lateral_offset
@@ -27,11 +27,10 @@ from gsapp.identification.compatibility import (
     find_instrument_errors,
 )
 from gsapp.identification.linear_models.signals import LinearAxis
-from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maneuver import Maneuver, StatusCallback, map_flights
 from gsapp.identification.runs.inputs import (
     FlightCache,
     FlightSelection,
-    StatusCallback,
     check_requested_maneuvers,
     in_requested_order,
     input_files,
@@ -212,20 +211,10 @@ def _select_maneuvers(
     store: IO[bytes] | None,
 ) -> Iterator[FlightSelection]:
     """Yield the maneuvers of each flight; with a store, their samples lie in that file."""
-
-    def numbers() -> Iterator[int]:
-        for number, path in enumerate(request.flights, start=1):
-            if pool is not None and doing is not None:
-                doing(f"reading {path.name}")
-            yield number
-
     cache = FlightCache(max_flights=1) if flights is None else flights
     here = partial(select_flight_maneuvers, request, flights=cache, doing=doing)
     work = here if pool is None else partial(select_flight_maneuvers, request)
-    found = map_tasks(pool, work, numbers())
-    for path, own in zip(request.flights, found, strict=True):
-        if isinstance(own, WorkerLostError):
-            raise FlightError(f"{path} cannot be read: {own}")
+    for own in map_flights(pool, work, request.flights, doing):
         yield replace(own, cut=tuple(_stored(one, store) for one in own.cut))
 
 

@@ -46,7 +46,7 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     merged = flight.merge([third.id, "4"])
     flight.remove("5")
     put = flight.add(64.0, 67.0)
-    maneuvers(flight=flight.path, json=tmp_path / "m.json")
+    maneuvers(flights=[flight.path], json=tmp_path / "m.json")
     found = json.loads((tmp_path / "m.json").read_text())
     assert [one["id"] for one in found] == [first.id, put, "aileron", merged]
     # Snapped to a sample, whatever was asked for.
