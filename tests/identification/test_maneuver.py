@@ -241,7 +241,7 @@ def test_a_flight_card_that_names_the_shipped_aircraft_is_enough() -> None:
 def test_maneuvers_are_found_with_the_same_words(
     table: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    maneuvers_command(flight=table)
+    maneuvers_command(flights=[table])
     assert "no aircraft file" in capsys.readouterr().out
-    maneuvers_command(flight=table, aircraft="b777")
+    maneuvers_command(flights=[table], aircraft="b777")
     assert "no aircraft file" not in capsys.readouterr().out
