@@ -21,6 +21,7 @@ from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_status import LinkContent, RecorderStatus
 from gsapp.telemetry.send_queue import GroundPacker
 from gsapp.telemetry.settings import TELEMETRY
+from gsapp.telemetry.signing import read_signing_key
 from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
 LinkProblem = Literal["closed", "no-data", "unreadable", "text", "mavlink", "no-aircraft"]
@@ -134,15 +135,16 @@ _RECORD_KINDS: Final[Mapping[type, RecordKind]] = {MavlinkFrame: "frame", Residu
 class LinkTest:
     """Opens a link in a thread of its own and keeps nothing but counts, until it is closed.
 
-    `open_error` says why the link cannot be opened at all; empty where it can. Raise LinkError if
-    it is none.
+    `open_error` says why the link cannot be opened at all; empty where it can. `signing_key` is
+    the file of the key of a flight that is copied. Raise LinkError if the link or the key is none.
     """
 
-    def __init__(self, link: str, *, listen_only: bool = False) -> None:
+    def __init__(self, link: str, *, listen_only: bool = False, signing_key: str = "") -> None:
         self._clock = HostClock()
         self._listen_only = listen_only
         self._address = parse_link(link)
         self._source = open_source(self._address, clock=self._clock)
+        self._source.prepare(0, read_signing_key(signing_key) if signing_key else b"")
         self._health = LinkHealth()
         self._filter = SenderFilter(self._health, NoticeLog(lambda _stamp: None))
         self._sample = ContentSample()

@@ -265,6 +265,8 @@ class NetworkLink(LinkKind):
         return f"{self.protocol} {address.host} port {address.port}"
 
     def no_data_remedy(self, address: LinkAddress, list_ports: PortLister) -> str:
+        if self.is_copy:
+            return "Check that the recorder there receives data."
         if not self.listens:
             return (
                 f"Check that the aircraft is on the network, and that it uses port {address.port}."

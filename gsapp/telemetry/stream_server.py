@@ -110,7 +110,11 @@ class _UdpShare(_Share):
         # Nothing reads from it: the system drops what is sent back.
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        bind_sender(self._socket, self._target)
+        try:
+            bind_sender(self._socket, self._target)
+        except OSError:
+            self._socket.close()
+            raise
 
     def serve(self, parts: Sequence[bytes]) -> None:
         for part in parts:

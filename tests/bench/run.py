@@ -3,6 +3,7 @@
 python3 packaging/bootstrap.py bench               all but those below
 python3 packaging/bootstrap.py bench strips framing
 python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and recorder
+python3 packaging/bootstrap.py bench sharing 60    a flight shared with MAVProxy and seven others
 python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb, xdotool, openbox
 python3 packaging/bootstrap.py bench real FOLDER real flights with published derivatives
 python3 packaging/bootstrap.py bench dirt 40 lags,clock    fewer flights, some kinds of dirt
@@ -59,13 +60,14 @@ BENCHMARKS = {
     "fuzz": "every reader of a file under mutation; SECONDS, READERS, first seed (see its head)",
     "soak": "the window for a real hour: memory, handles, frames, latency; MINUTES (see its head)",
     "faults": "faults in flight: bytes lost, alarms, recovery; RUNS, FIRST_SEED, FAULTS",
+    "sharing": "a flight shared with eight clients, one of them stuck: bytes lost, CPU; SECONDS",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
 ONLY_WHEN_NAMED = {
-    "fuzz", "peers", "discrepancy", "deciding_experiment", "live_search", "day", "real", "dirt",
-    "soak", "faults",
+    "fuzz", "peers", "sharing", "discrepancy", "deciding_experiment", "live_search", "day", "real",
+    "dirt", "soak", "faults",
 }  # fmt: skip
-WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults"}
+WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults", "sharing"}
 
 
 def load(name: str) -> ModuleType:

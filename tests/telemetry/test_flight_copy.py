@@ -17,6 +17,7 @@ from gsapp.flight.raw_files import RawTail, RawWriter
 from gsapp.foundation import LinkError
 from gsapp.session import Session
 from gsapp.telemetry.flight_stream import FlightReceiver, FlightSender, StreamSeal
+from gsapp.telemetry.link_diagnosis import LinkTest
 from gsapp.telemetry.link_registry import kind_of, parse_link
 from gsapp.telemetry.recorder_control import RecorderHandle, restart_recorder, start_recorder
 from gsapp.telemetry.signing import derive_key, write_signing_key
@@ -172,6 +173,9 @@ def test_other_computers_copy_the_flight_with_the_key_alone(
             # The key is for the connection: an aircraft that does not sign is decoded all the same.
             wait_until(lambda: len(crew.copied()) == 100)
             crew.wait_until_copied()
+            test = LinkTest(f"gsapp:127.0.0.1:{crew.port}", signing_key=crew.other_key)
+            wait_until(lambda: test.diagnosis() is None)
+            test.close()
             assert {record.origin.signature for record in crew.copied()} == {""}
         else:
             wait_until(lambda: "--share-key" in crew.second.status().source_state)

@@ -100,6 +100,7 @@ class LinkTestField(QWidget):
         self._link = ""
         self._test: LinkTest | None = None
         self._listen_only = False
+        self.signing_key = ""  # File of the key, with which the flight of another is copied.
         column = arrange(QVBoxLayout(self), style.px(8))
         row = QHBoxLayout()
         row.setSpacing(style.px(8))
@@ -162,7 +163,9 @@ class LinkTestField(QWidget):
         if self._test is not None:
             self.stop()
             return
-        self._test = LinkTest(self._link, listen_only=self._listen_only)
+        self._test = LinkTest(
+            self._link, listen_only=self._listen_only, signing_key=self.signing_key
+        )
         self.button.setText(tr("Stop test"))
         self.message.set_message(tr("Listening…"))
         self._timer.start()
@@ -244,9 +247,15 @@ class ConnectDialog(RecordingDialog):
         self._usual_map = settings.channel_map
         self.finished.connect(self.test.stop)
         self.link.changed.connect(self._link_changed)
-        self.signing_key.changed.connect(self._validate)
+        self.signing_key.changed.connect(self._key_changed)
+        self._key_changed()
         self._link_changed()
         self.fit_to_content()
+
+    def _key_changed(self) -> None:
+        is_valid = self.signing_key.input_check.is_valid
+        self.test.signing_key = self.signing_key.value if is_valid else ""
+        self._validate()
 
     def _link_changed(self) -> None:
         self.test.set_link(self.link.value if self.link.input_check.is_valid else "")
