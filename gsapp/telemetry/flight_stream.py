@@ -153,21 +153,19 @@ class FlightSender:
 
 
 class FlightReceiver:
-    """The client's side of one connection: blocks to chunks.
+    """The client's side of one connection: blocks to chunks, and to events.
 
     Attributes
     ----------
-    events : deque of Event
-        What came and nobody has taken yet.
     server_us : int
         Time of the server when it sent the last block, host microseconds; 0 before the first.
     """
 
-    def __init__(self, seal: StreamSeal) -> None:
+    def __init__(self, seal: StreamSeal, events: deque[Event]) -> None:
         self._seal = seal
+        self._events = events
         self._data = b""
         self._offset = 0  # of stray bytes
-        self.events: deque[Event] = deque()
         self.server_us = 0
 
     def feed(self, data: bytes) -> list[RecordedChunk]:
@@ -192,7 +190,7 @@ class FlightReceiver:
             if kind == b"r":
                 chunks.append(self._chunk(body))
             elif kind == b"e":
-                self.events.extend(Event.from_json(json.loads(one)) for one in body.splitlines())
+                self._events.extend(Event.from_json(json.loads(one)) for one in body.splitlines())
             elif kind == b"t":
                 (self.server_us,) = STAMP_STRUCT.unpack(body)
         self._data = self._data[start:]

@@ -514,12 +514,13 @@ def _disk_warnings(free: int | None, seconds: float | None) -> list[str]:
 
 def _copy_events(source: LinkSource, folder: Path) -> None:
     """Write the marks and notes of another recorder that are not here yet."""
-    if events := source.pop_events():
+    if source.events:
         path = events_path(folder)
         known = read_events(path).events
-        for event in events:
-            if event not in known:
-                EventLog(path).append(event)
+        while source.events:
+            if source.events[0] not in known:
+                EventLog(path).append(source.events[0])
+            source.events.popleft()  # written: where that fails it is tried again
 
 
 def _signature_warnings(signatures: Mapping[str, int]) -> list[str]:

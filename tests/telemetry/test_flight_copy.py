@@ -5,6 +5,7 @@ import signal
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from gsapp.telemetry.signing import derive_key, write_signing_key
 from gsapp.telemetry.sources import open_source
 from gsapp.telemetry.stream_server import ShareRequest, StreamServer
 from tests.telemetry.conftest import free_port, make_frames, wait_until
+from tests.telemetry.test_recorder import Running
 from tests.telemetry.test_stream_sharing import Flight
 
 
@@ -210,7 +212,7 @@ def test_a_block_that_was_altered_dropped_or_repeated_is_not_taken(tmp_path: Pat
     one, two, three, _ = blocks
 
     def received(*parts: bytes) -> list[int]:
-        receiver = FlightReceiver(StreamSeal(key, b"abc", nonce))
+        receiver = FlightReceiver(StreamSeal(key, b"abc", nonce), deque())
         return [chunk.stamp_us for part in parts for chunk in receiver.feed(part)]
 
     assert received(*blocks) == [1, 2, 3, 4]
@@ -239,3 +241,32 @@ def test_a_copy_says_what_it_calls() -> None:
         assert f"tcp:127.0.0.1:{port}" in source.state
         thread.join()
         source.close()
+
+
+def test_ages_count_by_the_clock_of_the_recorder_that_is_copied(tmp_path: Path) -> None:
+    """Laptops at a field have no time server: 30 s apart are usual."""
+    ahead_us = 30_000_000
+    writer = RawWriter(tmp_path / "first")
+    writer.append(time.time_ns() // 1000 + ahead_us, Framer().feed(make_frames(2)[0]))
+    sender = FlightSender(writer.folder, [b""])
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            with server.accept()[0] as client, client.makefile("rb") as lines:
+                while not sender.is_accepted:
+                    client.sendall(sender.answer(lines.readline().removesuffix(b"\n")))
+                while not over.wait(0.05):
+                    client.sendall(sender.poll(time.time_ns() // 1000 + ahead_us))
+
+        over = threading.Event()
+        thread = threading.Thread(target=serve)
+        thread.start()
+        source = open_source(f"gsapp:127.0.0.1:{server.getsockname()[1]}")
+        with Running(source, tmp_path / "second") as recorder:
+            wait_until(lambda: source.clock_offset_us)
+            status = recorder.status("recording")
+        over.set()
+        thread.join()
+    assert status.clock_offset_us == pytest.approx(ahead_us, abs=1_000_000)
+    assert status.ahead_us - status.clock_offset_us < 1_000_000  # no clock was set back
+    assert 0 <= status.updated_us - status.last_data_us < 5_000_000

@@ -5,7 +5,6 @@ from __future__ import annotations
 import socket
 import struct
 
-from gsapp.flight.events import Event
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.flight_stream import HELLO, MAX_LINE, FlightReceiver, StreamSeal, make_nonce
 from gsapp.telemetry.link_kinds import LinkAddress
@@ -41,10 +40,6 @@ class FlightCopySource(ReconnectingSource):
         self._after = (after_us, _MANY if after_us else 0)
         self._signing_key = signing_key
 
-    def pop_events(self) -> list[Event]:
-        queue = () if self._receiver is None else self._receiver.events
-        return [queue.popleft() for _ in range(len(queue))] if queue else []
-
     def _connect(self) -> None:
         made = socket.create_connection(
             (self.address.host, self.address.port), timeout=TELEMETRY.connect_timeout
@@ -67,7 +62,7 @@ class FlightCopySource(ReconnectingSource):
         except BaseException:
             made.close()
             raise
-        self._socket, self._receiver = made, FlightReceiver(seal)
+        self._socket, self._receiver = made, FlightReceiver(seal, self.events)
         self._heard = self.clock.monotonic()
         self.state = f"{self.address}: copying the flight"
 

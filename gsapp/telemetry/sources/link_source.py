@@ -11,6 +11,7 @@ import errno
 import socket
 import sys
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple
 
@@ -72,6 +73,8 @@ class LinkSource(ABC):
         Whether nothing will ever come again (a recorded flight at its end).
     clock_offset_us : int
         By how much the stamps of another recorder are ahead of this computer's clock.
+    events : deque of Event
+        Marks and notes of another recorder that nobody has written yet.
     """
 
     framing: Framing = "mavlink"
@@ -84,13 +87,10 @@ class LinkSource(ABC):
         self.connected = False
         self.finished = False
         self.clock_offset_us = 0
+        self.events: deque[Event] = deque()
 
     def prepare(self, after_us: int, signing_key: bytes) -> None:  # noqa: B027 - few need it
         """Take the last stamp that the flight folder holds, 0 for none, and the key, if any."""
-
-    def pop_events(self) -> list[Event]:
-        """Return the marks and notes that came since the last call."""
-        return []
 
     @abstractmethod
     def open(self) -> None:
