@@ -382,6 +382,8 @@ class MainWindow(QMainWindow):
     def _refresh(self) -> None:
         if self.flight_controller.is_open:
             self.view.show_state(self.crew.view_state())
+        controller = self.flight_controller
+        self.navigation_rail.attitude.show_flight(controller.history, controller.time)
         self.status_bar.show_items(self._status_items())
         self._enable()
         self.crew.sound_alarms()

@@ -13,6 +13,7 @@ from ui.icons import paint_icon
 from ui.shortcut_filter import ArrowKeyNavigation
 from ui.translation import QT_TR_NOOP, tr
 from ui.widgets.flow_layout import arrange
+from ui.window_frame.attitude_indicator import AttitudeIndicator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,6 +143,8 @@ class NavigationRail(QWidget):
             column.addWidget(button)
             self.buttons[place.id] = button
         column.addStretch(1)
+        self.attitude = AttitudeIndicator(style)
+        column.addWidget(self.attitude)
         style.changed.connect(self._refresh)
 
     def show_page(self, place_id: str) -> None:
