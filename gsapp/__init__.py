@@ -4,13 +4,17 @@ The names in `__all__` are the Python API: the requests and results of the comma
 and scripts. Each is imported when it is first used.
 """
 
+from __future__ import annotations
+
 import os
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as in `typing`, whose import takes as long as all the rest
 if TYPE_CHECKING:
+    from typing import Any
+
     from gsapp.api.estimation import discrepancy, estimate, report
     from gsapp.api.flights import export, fly, maneuvers, open  # noqa: A004  as PIL.Image.open
     from gsapp.api.instruments import calibrate, compatibility

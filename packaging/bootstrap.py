@@ -66,7 +66,7 @@ CACHES = {
 DOWNLOAD = {
     "run.lock": 190,
     "parquet.lock": 50,
-    "notebook.lock": 13,
+    "notebook.lock": 14,
     "dask.lock": 5,
     "test.lock": 35,
 }

@@ -25,7 +25,7 @@ def check_export(out: Path, to: str, units: str) -> None:
     ending = out.suffix.casefold().lstrip(".")
     if ending in WRITERS and ending != suffix:
         raise FlightError(
-            f"{out.name} has the ending of another format than '{to}'; make them agree"
+            f"{out.name} has the ending of another format than --to {to}; make them agree"
         )
     ColumnUnits.from_channels((), units)
 
