@@ -29,6 +29,10 @@ _MAX_LOSSES: Final = 2
 """Workers that a task may lose. After the first it runs alone, so that it is the cause."""
 
 
+_WORKER_PATIENCE: Final = 60.0
+"""Seconds in which the first worker of a scheduler must be there."""
+
+
 class WorkerLostError(GroundStationError):
     """A task failed because the process that ran it ended, twice."""
 
@@ -116,10 +120,11 @@ def _open_dask(address: str) -> OpenedExecutor:
             else:
                 cluster = None
                 client = Client(f"tcp://{address}")
+                client.wait_for_workers(1, timeout=_WORKER_PATIENCE)
         except (OSError, ValueError) as error:
             raise GroundStationError(
-                f"no Dask scheduler answers at {address} ({error}); start one with 'dask "
-                "scheduler', and workers with 'dask worker'"
+                f"no Dask scheduler with workers answers at {address} ({error}); start one with "
+                "'dask scheduler', and workers with 'dask worker'"
             ) from error
 
     def end() -> None:

@@ -11,6 +11,7 @@ python3 packaging/bootstrap.py bench fuzz 1200     damaged files for every reade
 python3 packaging/bootstrap.py bench faults 500    faults at random moments of a flight
 python3 packaging/bootstrap.py bench soak 60      the window for an hour of real time
 python3 packaging/bootstrap.py bench memory 480   eight simulated hours of a flight
+python3 packaging/bootstrap.py bench many_flights 60    flown, and estimated on all cores
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 python3 packaging/bootstrap.py bench deciding_experiment   open searches decided: an hour
 """
@@ -31,6 +32,7 @@ BENCHMARKS = {
     "latency": "arrival to painted pixels",
     "window": "start of the program to its first useful picture",
     "memory": "memory over a simulated hour, down the whole road; MINUTES",
+    "many_flights": "estimates of many flights: processes, Dask, a killed worker; COUNT, FOLDER",
     "detection": "maneuver detection over a ten-minute flight",
     "ftr": "Fourier transform regression: samples a second, errors over bounds",
     "likelihood": "maximum likelihood over a campaign, against other programs",
@@ -65,9 +67,9 @@ BENCHMARKS = {
 }
 ONLY_WHEN_NAMED = {
     "fuzz", "peers", "sharing", "discrepancy", "deciding_experiment", "live_search", "day", "real",
-    "dirt", "soak", "faults",
+    "dirt", "soak", "faults", "many_flights",
 }  # fmt: skip
-WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults", "sharing"}
+WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults", "sharing", "many_flights"}
 
 
 def load(name: str) -> ModuleType:

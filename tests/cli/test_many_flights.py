@@ -3,10 +3,11 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -94,3 +95,32 @@ def _busy_worker(parent: int) -> int | None:
         if int(state[1]) == parent and int(state[11]) > os.sysconf("SC_CLK_TCK"):
             return int(folder.name)
     return None
+
+
+@pytest.fixture
+def scheduler() -> Iterator[str]:
+    """Return the address of a scheduler with two workers, each a process as on a cluster."""
+    pytest.importorskip("distributed", reason="Dask is not installed (extra dask)")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    dask = [sys.executable, "-m", "dask"]
+    place = f"127.0.0.1:{port}"
+    calls = [
+        [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
+        *[[*dask, "worker", f"tcp://{place}", "--nthreads", "1", "--no-dashboard"]] * 2,
+    ]
+    running = [subprocess.Popen(call, stderr=subprocess.DEVNULL) for call in calls]
+    try:
+        yield f"dask://{place}"
+    finally:
+        for one in reversed(running):
+            one.terminate()
+            one.wait(60.0)
+
+
+def test_workers_of_a_cluster_give_the_same_json(
+    scheduler: str, flights: list[Path], tmp_path: Path
+) -> None:
+    here = result_of("estimate", flights, tmp_path / "here.json")
+    assert result_of("estimate", flights, tmp_path / "there.json", "--on", scheduler) == here
