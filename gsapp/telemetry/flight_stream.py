@@ -4,8 +4,8 @@ The client speaks first, in lines: ``gsapp flight 1 STAMP COUNT NONCE``. STAMP i
 record it has (0 for none), COUNT how many with that stamp. The server answers ``gsapp flight 1
 NONCE``, the client ``PROOF``, and the server ``ok``, ``key`` (not the same signing key) or
 ``other`` (it records another flight by now). Both nonces make a key of this connection out of the
-signing key, which is not sent. PROOF is its HMAC, and so is the seal of every block that follows,
-so that nobody on the network can read a flight without the key, or put anything into it.
+signing key, which is not sent. PROOF is its HMAC, and so is the seal of every block that follows:
+nobody without the key is sent a flight, or can put anything into it. Nothing is encrypted.
 
 A block is its length (4 bytes, big-endian), its seal and its content: ``r`` for what was recorded
 at one stamp from one sender, ``e`` for lines of ``events.jsonl``, ``t`` for the server's time.
