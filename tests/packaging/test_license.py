@@ -22,7 +22,7 @@ RUN = set().union(*(locked(f"{name}.lock") for name in ("run", "parquet", "noteb
 
 def declared(package: str) -> str:
     about = metadata(package)
-    text = about["License-Expression"] or about["License"] or ""
+    text = about.get("License-Expression") or about.get("License") or ""
     if 0 < len(text) < 60 and "\n" not in text and not text.startswith("Copyright"):
         return text
     kinds = [one for one in about.get_all("Classifier") or () if one.startswith("License ::")]
