@@ -12,6 +12,7 @@ import pytest
 
 from calibration import load_certificates
 from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.cli.flight_files import export, import_
 from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
@@ -437,9 +438,9 @@ def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path
 
 
 def test_export_refuses_before_it_reads(tmp_path, box_folder):
-    with pytest.raises(UnknownNameError, match="csv, mat, parquet"):
+    with pytest.raises(CommandUsageError, match="csv, mat, parquet"):
         export(flight=tmp_path / "none", to="xlsx", out=tmp_path / "x")
-    with pytest.raises(UnknownNameError, match="us, si, base"):
+    with pytest.raises(CommandUsageError, match="us, si, base"):
         export(flight=tmp_path / "none", to="csv", out=tmp_path / "x", units="uk")
     empty = FlightFolder.create(tmp_path / "empty")
     with pytest.raises(FlightError, match="no samples"):

@@ -127,9 +127,11 @@ def test_an_error_of_a_file_crosses_processes() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl+C of another process: POSIX only")
 def test_an_interrupt_ends_the_workers() -> None:
     code = (
-        "import os, sys, time\n"
+        "import os, signal, time\n"
         "from gsapp.foundation.executors import WorkerPool\n"
         "if __name__ == '__main__':\n"
+        "    # A shell that runs the tests in its background lets them ignore Ctrl+C.\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    with WorkerPool('local:2') as pool:\n"
         "        print(next(pool.map(os.getpgid, [0, 0])), flush=True)\n"
         "        list(pool.map(time.sleep, [600.0, 600.0]))\n"
