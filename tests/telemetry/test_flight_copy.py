@@ -263,7 +263,7 @@ def test_ages_count_by_the_clock_of_the_recorder_that_is_copied(tmp_path: Path) 
         thread.start()
         source = open_source(f"gsapp:127.0.0.1:{server.getsockname()[1]}")
         with Running(source, tmp_path / "second") as recorder:
-            wait_until(lambda: source.clock_offset_us)
+            wait_until(lambda: source.clock_offset_us and recorder.last_data_us)
             status = recorder.status("recording")
         over.set()
         thread.join()
