@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 
 from gsapp.foundation.executors import WorkerPool
+from tests.cli.command_kit import busy_worker
 
 GSAPP = (sys.executable, "-m", "gsapp.cli")
 CORES = os.cpu_count() or 1
@@ -90,18 +91,6 @@ def cores_given() -> float:
     for one in burning:
         one.wait()
     return 2.0 * CORES / (time.monotonic() - started)
-
-
-def busy_worker(parent: int) -> int | None:
-    """Return a child of a process that has computed for a second."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            state = (folder / "stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(state[1]) == parent and int(state[11]) > os.sysconf("SC_CLK_TCK"):
-            return int(folder.name)
-    return None
 
 
 def overhead(address: str) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import pytest
 
 from gsapp.flight.writers import write_block
 from gsapp.virtual.virtual_flight import VirtualFlight
-from tests.cli.command_kit import gsapp
+from tests.cli.command_kit import busy_worker, gsapp
 
 
 @pytest.fixture(scope="module")
@@ -77,24 +77,12 @@ def test_a_worker_killed_in_the_middle_costs_no_number(flights: list[Path], tmp_
     )  # fmt: skip
     killed = None
     while child.poll() is None:
-        if killed is None and (killed := _busy_worker(child.pid)) is not None:
+        if killed is None and (killed := busy_worker(child.pid)) is not None:
             os.kill(killed, signal.SIGKILL)
         time.sleep(0.01)
     assert child.returncode == 0, child.stderr.read()
     assert killed is not None
     assert out.read_bytes() == here
-
-
-def _busy_worker(parent: int) -> int | None:
-    """Return a child of a process that has computed for a second."""
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            state = (folder / "stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(state[1]) == parent and int(state[11]) > os.sysconf("SC_CLK_TCK"):
-            return int(folder.name)
-    return None
 
 
 @pytest.fixture
