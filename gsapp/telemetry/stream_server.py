@@ -382,7 +382,8 @@ class StreamServer:
 
     def _apply(self, request: ShareRequest) -> None:
         shares, refused = {}, {}
-        keeps = request.model_copy(update={"links": self.request.links}) == self.request
+        former_access = (self.request.is_open, self.request.key_file)
+        keeps = (request.is_open, request.key_file) == former_access
         for link in dict.fromkeys(request.links):
             former = self._shares.get(link) if keeps else None
             if former is None and link in self._shares:
