@@ -88,13 +88,21 @@ def test_one_channel_over_another(opened: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_the_track_of_a_circle_closes(opened: MainWindow, qtbot: QtBot) -> None:
+    # Half of it first: the plot grows with the track.
+    opened.flight_controller.seek(LENGTH / 2.0)
     choose(opened, qtbot, "track")
-    flight, *_, aircraft = drawn(opened)
+    until(qtbot, lambda: np.ptp(drawn(opened)[0].y) > 10.0)
+    opened.flight_controller.seek(LENGTH - 0.1)
     diameter = SPEED * LENGTH / np.pi / 0.3048  # ft
+    until(qtbot, lambda: np.hypot(drawn(opened)[-1].x[0], drawn(opened)[-1].y[0]) < 0.1 * diameter)
+    flight, *_, aircraft = drawn(opened)
     assert np.ptp(flight.x) == pytest.approx(diameter, rel=0.01)
     assert np.hypot(aircraft.x[0], aircraft.y[0]) < 0.02 * diameter
     low, high = opened.view.plot.plot.plot.getPlotItem().getViewBox().viewRange()
     area = opened.view.plot.plot.plot.getPlotItem().getViewBox()
+    # All of it is in sight, in a panel that is higher than wide.
+    assert low[0] <= np.min(flight.x) < np.max(flight.x) <= low[1]
+    assert high[0] <= np.min(flight.y) < np.max(flight.y) <= high[1]
     # Both axes have one scale.
     assert (low[1] - low[0]) / area.width() == pytest.approx(
         (high[1] - high[0]) / area.height(), rel=0.02

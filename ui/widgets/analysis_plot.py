@@ -378,6 +378,11 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
 
     def fit_view(self) -> None:
         item = self.getPlotItem()
+        if item.getViewBox().state["aspectLocked"]:
+            # With one scale for both axes a range that follows the values of y alone would cut x.
+            item.getViewBox().autoRange(padding=self._margin)
+            self._fitted = self._wanted_range()
+            return
         item.enableAutoRange(x=False, y=True)
         item.setAutoVisible(y=False)
         if self._whole is not None and self._whole[1] > self._whole[0]:
