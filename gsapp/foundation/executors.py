@@ -26,8 +26,7 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 _MAX_LOSSES: Final = 2
-"""Workers that a task may lose. After the first it runs alone, so that it is the cause."""
-
+"""Workers that a task may lose while it runs alone, as it does after it lost one in company."""
 
 _WORKER_PATIENCE: Final = 60.0
 """Seconds in which the first worker of a scheduler must be there."""
@@ -173,7 +172,7 @@ class _Run:
     waiting: Iterator[tuple[int, Any]]
     running: dict[Future[Any], tuple[int, Any]] = field(default_factory=dict)
     suspects: deque[tuple[int, Any]] = field(default_factory=deque)  # To be tried alone.
-    losses: dict[int, int] = field(default_factory=dict)
+    losses: dict[int, int] = field(default_factory=dict)  # While they ran alone.
     done: dict[int, Future[Any] | WorkerLostError] = field(default_factory=dict)
 
 
@@ -212,7 +211,7 @@ class WorkerPool:
     ) -> Iterator[Result | WorkerLostError]:
         """Yield what a function gives for each task, in the order of the tasks.
 
-        A task whose worker dies is tried again; where it ends a second worker by itself, an error
+        A task whose worker dies is tried again; where it ends two workers by itself, an error
         is yielded in place of its result. Tasks are taken from `tasks` as workers become free.
         What the function raises is raised in its turn, and drops the tasks that run.
 
@@ -276,7 +275,8 @@ class WorkerPool:
             if not isinstance(_exception(future), opened.loss_errors):
                 run.done[index] = future
                 continue
-            run.losses[index] = run.losses.get(index, 0) + 1
+            # The first was lost in company, and another task may have ended it.
+            run.losses[index] = run.losses.get(index, -1) + 1
             if run.losses[index] < _MAX_LOSSES:
                 run.suspects.append((index, task))
             else:
