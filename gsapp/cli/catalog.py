@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -20,6 +21,16 @@ def catalog(
         Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
     ],
     flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
+    aircraft: Annotated[str | None, typer.Option(help="Of this aircraft")] = None,
+    airframe: Annotated[
+        str | None, typer.Option(help="Of this airframe, as flight.toml names it")
+    ] = None,
+    since: Annotated[
+        str | None, typer.Option(metavar="DATE", help="Flown on this day or later: 2026-05-12")
+    ] = None,
+    until: Annotated[
+        str | None, typer.Option(metavar="DATE", help="Flown by this day, month or year: 2026-05")
+    ] = None,
     inputs: Annotated[
         str | None, typer.Option(metavar="da+dr", help="Exactly these surfaces moved")
     ] = None,
@@ -34,12 +45,17 @@ def catalog(
     where: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
+            metavar="CHANNEL=LEAST:MOST",
+            help="Condition before the input, as 'V=90 ft/s:'; also mach, reynolds, wing_loading",
         ),
     ] = None,
     note: Annotated[str | None, typer.Option(help="Text in the note")] = None,
     derivative: Annotated[
         str | None, typer.Option(metavar="NAME", help="Show every estimate of this derivative")
+    ] = None,
+    limit: Annotated[
+        int | None,
+        typer.Option(min=1, help="Maneuvers at most; by default all, of which 100 are printed"),
     ] = None,
     csv: Annotated[
         Path | None,
@@ -51,15 +67,20 @@ def catalog(
     """Search the maneuvers and estimates of a campaign.
 
     Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
+
+    Example: gsapp catalog campaign.sqlite --airframe "SN 3" --since 2026-05 --derivative Cm_alpha
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error, check_is_catalog
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
         Catalog,
+        ManeuverFilter,
+        find_maneuvers,
+        list_estimated,
         list_flights,
+        load_maneuvers,
         maneuvers_csv,
-        search_maneuvers,
         search_runs,
     )
     from gsapp.foundation import write_atomically
@@ -71,20 +92,41 @@ def catalog(
         conditions = dict(_condition(text) for text in where or ())
         for name in () if inputs is None else inputs.split("+"):
             channel(name)
+        dates = (_date(since, "--since"), _date(until, "--until"))
+    wanted = ManeuverFilter(
+        flight=flight, aircraft=aircraft, airframe=airframe, since=dates[0], until=dates[1],
+        kind=kind, worst_grade=worst_grade, conditions=conditions, text=note,
+        inputs=None if inputs is None else inputs.split("+"),
+    )  # fmt: skip
     with Catalog(file) as store:
-        found = search_maneuvers(
-            store, flight=flight, kind=kind, worst_grade=worst_grade, conditions=conditions,
-            inputs=None if inputs is None else inputs.split("+"), text=note,
-        )  # fmt: skip
-        runs = {one.id: one for one in search_runs(store)}
         _check_name(file, "flight", flight, list_flights(store))
-        estimated = {name for run in runs.values() for name in run.estimates}
-        _check_name(file, "estimate of", derivative, estimated | set(derivative_names()))
+        _check_name(file, "estimate of", derivative, {*list_estimated(store), *derivative_names()})
+        row_ids = find_maneuvers(store, wanted)
+        only_printed = json is None and csv is None
+        most = limit or (_PRINTED if only_printed else len(row_ids))
+        found = load_maneuvers(store, row_ids[:most])
+        runs = {
+            one.id: one
+            for one in search_runs(store, row_ids={run for one in found for run in one.runs})
+        }
     if csv is not None:
         write_atomically(csv, maneuvers_csv(found))
     write_json(json, [_json(one, runs) for one in found])
     if not is_stdout(json):
-        _describe(console, found, runs, derivative)
+        _describe(console, found[: limit or _PRINTED], runs, derivative, len(row_ids))
+
+
+_PRINTED = 100
+"""Maneuvers that are printed where nobody says how many."""
+_DATE = re.compile(r"\d{4}(-\d\d){0,2}")
+
+
+def _date(text: str | None, option: str) -> str | None:
+    from gsapp.foundation import FlightError
+
+    if text is not None and not _DATE.fullmatch(text):
+        raise FlightError(f"{option} '{text}' is no date; write 2026-05-12, 2026-05 or 2026")
+    return text
 
 
 def _check_name(catalog: Path, what: str, wanted: str | None, held: Collection[str]) -> None:
@@ -100,8 +142,9 @@ def _check_name(catalog: Path, what: str, wanted: str | None, held: Collection[s
 
 def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
     """Read ``V=90 ft/s:110 ft/s``; either end may be empty."""
+    from gsapp.flight.catalog.similarity_numbers import condition_quantity
     from gsapp.foundation import FlightError
-    from gsapp.quantities import channel, units
+    from gsapp.quantities import units
 
     name, equals, span = text.partition("=")
     least, colon, most = span.partition(":")
@@ -109,7 +152,7 @@ def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
         raise FlightError(
             f"--where '{text}' cannot be read; write CHANNEL=LEAST:MOST, as 'V=90 ft/s:110 ft/s'"
         )
-    quantity = channel(name.strip()).quantity
+    quantity = condition_quantity(name.strip())
 
     def end(value: str) -> float | None:
         # A bare number is no speed in the units of the screen: it would find nothing, silently.
@@ -147,8 +190,8 @@ def _describe(
     found: Sequence[StoredManeuver],
     runs: dict[int | None, EstimationRun],
     derivative: str | None,
+    count: int,
 ) -> None:
-
     from gsapp.cli._console import format_value_and_bound
     from gsapp.quantities import channel, from_si
     from gsapp.quantities.constants import DEGREE
@@ -157,7 +200,8 @@ def _describe(
 
     columns = ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", f"V [{speed}]")
     table = console.create_table(
-        f"{len(found)} maneuver{'' if len(found) == 1 else 's'}",
+        (f"{len(found)} of " if len(found) < count else "")
+        + f"{count} maneuver{'' if count == 1 else 's'}",
         (*columns, "alpha [deg]", derivative or "runs"),
     )
     for one in found:

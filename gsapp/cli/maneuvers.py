@@ -56,7 +56,7 @@ def _survey(
     flight, aircraft, found = graded.flight, graded.aircraft, graded.found
     is_known = graded.is_aircraft_known
     return _Survey(
-        entry=FlightEntry.from_flight(flight, found.maneuvers, aircraft=aircraft.name),
+        entry=FlightEntry.from_flight(flight, found.maneuvers, aircraft=aircraft),
         found=found,
         calibration=calibration_sentences([flight]),
         aircraft_warnings=tuple(f"{aircraft.name}: {text}" for text in file_warnings(aircraft)),

@@ -22,6 +22,7 @@ SEA_LEVEL_PRESSURE = 101325.0
 SEA_LEVEL_TEMPERATURE = 288.15
 LAPSE_RATE = 0.0065
 GAS_CONSTANT = 287.05287
+HEAT_CAPACITY_RATIO = 1.4
 
 _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 
@@ -72,6 +73,19 @@ class Atmosphere:
             pressure=pressure,
             temperature=temperature,
         )
+
+
+def speed_of_sound(temperature: float) -> float:
+    """Return the speed of sound (m/s) in air of a temperature (K)."""
+    return math.sqrt(HEAT_CAPACITY_RATIO * GAS_CONSTANT * temperature)
+
+
+def viscosity(temperature: float) -> float:
+    """Return the dynamic viscosity (kg/(m s)) of air of a temperature (K).
+
+    Sutherland's law with the constants of the U.S. Standard Atmosphere, 1976.
+    """
+    return 1.458e-6 * temperature * math.sqrt(temperature) / (temperature + 110.4)
 
 
 def pressure_at(altitude: Value) -> Value:

@@ -150,6 +150,8 @@ class FlightInfo(StrictModel):
     """When the record began; with its time zone."""
     aircraft: str = ""
     """Name of the aircraft file in force."""
+    airframe: str = ""
+    """Serial number or registration, where several aircraft share a file: ``"SN 3"``."""
     takeoff_weight: Weight | None = None
     landing_weight: Weight | None = None
     """N, as in table 6.2.3. A scale's pounds may be written as ``"46.5 lb"``."""

@@ -12,6 +12,7 @@ python3 packaging/bootstrap.py bench faults 500    faults at random moments of a
 python3 packaging/bootstrap.py bench soak 60      the window for an hour of real time
 python3 packaging/bootstrap.py bench memory 480   eight simulated hours of a flight
 python3 packaging/bootstrap.py bench many_flights 60    flown, and estimated on all cores
+python3 packaging/bootstrap.py bench fleet 1000    searches of a catalog of small flights: 15 min
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 python3 packaging/bootstrap.py bench deciding_experiment   open searches decided: an hour
 """
@@ -33,6 +34,7 @@ BENCHMARKS = {
     "window": "start of the program to its first useful picture",
     "memory": "memory over a simulated hour, down the whole road; MINUTES",
     "many_flights": "estimates of many flights: processes, Dask, a killed worker; COUNT, FOLDER",
+    "fleet": "a catalog of a thousand small flights: searches, trends, changes; COUNT, FILE",
     "detection": "maneuver detection over a ten-minute flight",
     "ftr": "Fourier transform regression: samples a second, errors over bounds",
     "likelihood": "maximum likelihood over a campaign, against other programs",
@@ -67,9 +69,19 @@ BENCHMARKS = {
 }
 ONLY_WHEN_NAMED = {
     "fuzz", "peers", "sharing", "discrepancy", "deciding_experiment", "live_search", "day", "real",
-    "dirt", "soak", "faults", "many_flights",
+    "dirt", "soak", "faults", "many_flights", "fleet",
 }  # fmt: skip
-WITH_ARGUMENTS = {"real", "dirt", "fuzz", "soak", "memory", "faults", "sharing", "many_flights"}
+WITH_ARGUMENTS = {
+    "real",
+    "dirt",
+    "fuzz",
+    "soak",
+    "memory",
+    "faults",
+    "sharing",
+    "many_flights",
+    "fleet",
+}
 
 
 def load(name: str) -> ModuleType:

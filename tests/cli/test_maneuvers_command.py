@@ -13,7 +13,7 @@ from gsapp.cli.catalog import catalog as search
 from gsapp.cli.debrief import _sizes, debrief
 from gsapp.cli.maneuvers import maneuvers
 from gsapp.cli.runs import runs
-from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.catalog import Catalog, ManeuverFilter, search_maneuvers
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import Block
@@ -58,7 +58,7 @@ def test_the_list_is_printed_and_written(listed):
     assert found[0]["V"] == pytest.approx(30.0, abs=0.5)
     assert found[0]["t_start"] == pytest.approx(59.0, abs=0.2)
     with Catalog(catalog) as opened:
-        stored = search_maneuvers(opened, flight="whole")
+        stored = search_maneuvers(opened, ManeuverFilter(flight="whole"))
     assert [one.maneuver.to_json() for one in stored] == found
 
 

@@ -10,15 +10,19 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight.catalog import (
     Catalog,
     EstimationRun,
+    ManeuverFilter,
     StoredEstimate,
     StoredModel,
+    find_maneuvers,
     list_flights,
+    load_maneuvers,
     maneuvers_csv,
     schema,
     search_maneuvers,
@@ -69,22 +73,77 @@ def test_maneuvers_come_back_as_they_were(catalog):
     assert stored[0].conditions["throttle"].mean == pytest.approx(0.5, abs=0.01)
 
 
+def test_maneuvers_are_found_by_airframe_and_date(catalog):
+    assert OTHER.info is not None
+    for name, day in (("SN 3", 13), ("SN 4", 20)):
+        info = OTHER.info.model_copy(
+            update={"airframe": name, "date": datetime(2003, 5, day, 12, tzinfo=UTC)}
+        )
+        store_maneuvers(catalog, replace(OTHER, name=name, info=info), FOUND[:1], aircraft="B777")
+
+    def flights(**wanted):
+        return [one.flight for one in search_maneuvers(catalog, ManeuverFilter(**wanted))]
+
+    assert flights(airframe="SN 3") == ["SN 3"]
+    # A flight without an airframe is of the aircraft itself.
+    assert set(flights(airframe="B777")) == {"2003-05-12-a"}
+    assert len(flights(aircraft="B777")) == len(FOUND) + 2
+    assert flights(since="2003-05-14") == ["SN 4"]
+    assert flights(until="2003-05-13") == ["SN 3"]
+    assert flights(since="2003-05", until="2003-05") == ["SN 3", "SN 4"]
+    assert flights(until="2003-04") == []
+
+
+def test_row_ids_load_as_many_as_wanted_in_their_order(catalog):
+    numbers = find_maneuvers(catalog, ManeuverFilter())
+    assert len(numbers) == len(FOUND)
+    two = load_maneuvers(catalog, numbers[1::-1])
+    assert [one.maneuver.id for one in two] == [FOUND[1].id, FOUND[0].id]
+
+
+def test_mach_and_reynolds_number_and_wing_loading_are_conditions(tmp_path):
+    """At 30 m/s and sea level: the aircraft's chord and area, sound and viscosity from tables."""
+    plane = load_aircraft("b777")
+    info = FlightInfo(takeoff_weight="200 N", weather={"temperature": "15 degC"})
+    block = FLIGHT.block
+    ground = block.channels.index("altitude")
+    values = np.where(np.arange(len(block.channels)) == ground, 0.0, block.values)
+    sea_level = replace(block, values=values)
+    flight = replace(FLIGHT, block=sea_level, info=info)
+    with Catalog(tmp_path / "c.sqlite") as opened:
+        store_maneuvers(opened, flight, FOUND[:1], aircraft=plane)
+        (stored,) = search_maneuvers(opened)
+        found = {name: one.mean for name, one in stored.conditions.items()}
+        V = found["V"]
+        assert found["mach"] == pytest.approx(V / 340.29, rel=1e-4)
+        reynolds = 1.225 * V * plane.geometry.chord / 1.7894e-5
+        assert found["reynolds"] == pytest.approx(reynolds, rel=1e-3)
+        assert found["wing_loading"] == pytest.approx(200.0 / plane.geometry.wing_area)
+        wanted = {"mach": (0.05, None), "wing_loading": (None, 1e4)}
+        assert len(search_maneuvers(opened, ManeuverFilter(conditions=wanted))) == 1
+        assert search_maneuvers(opened, ManeuverFilter(conditions={"mach": (0.5, None)})) == ()
+
+
 def test_maneuvers_are_found_by_flight_input_kind_condition_and_grade(catalog):
     store_maneuvers(catalog, OTHER, FOUND[:2])
     assert len(search_maneuvers(catalog)) == len(FOUND) + 2
-    assert ids(search_maneuvers(catalog, flight="2003-05-13-b")) == [
+    assert ids(search_maneuvers(catalog, ManeuverFilter(flight="2003-05-13-b"))) == [
         ("2003-05-13-b", "1"),
         ("2003-05-13-b", "2"),
     ]
-    assert ids(search_maneuvers(catalog, inputs=["dr", "da"])) == [("2003-05-12-a", "4")]
-    assert ids(search_maneuvers(catalog, kind="3-2-1-1")) == [("2003-05-12-a", "5")]
-    assert len(search_maneuvers(catalog, conditions={"V": (29.0, 31.0)})) == 7
-    assert search_maneuvers(catalog, conditions={"V": (None, 20.0)}) == ()
-    assert search_maneuvers(catalog, conditions={"flap": (None, None)}) == ()
+    assert ids(search_maneuvers(catalog, ManeuverFilter(inputs=["dr", "da"]))) == [
+        ("2003-05-12-a", "4")
+    ]
+    assert ids(search_maneuvers(catalog, ManeuverFilter(kind="3-2-1-1"))) == [("2003-05-12-a", "5")]
+    assert len(search_maneuvers(catalog, ManeuverFilter(conditions={"V": (29.0, 31.0)}))) == 7
+    assert search_maneuvers(catalog, ManeuverFilter(conditions={"V": (None, 20.0)})) == ()
+    assert search_maneuvers(catalog, ManeuverFilter(conditions={"flap": (None, None)})) == ()
     store_grade(catalog, "2003-05-12-a", "1", "D", ["pilot sneezed"], by="A. Pilot")
-    assert ("2003-05-12-a", "1") not in ids(search_maneuvers(catalog, worst_grade="C"))
+    assert ("2003-05-12-a", "1") not in ids(
+        search_maneuvers(catalog, ManeuverFilter(worst_grade="C"))
+    )
     with pytest.raises(FlightError, match="no grade 'E'"):
-        search_maneuvers(catalog, worst_grade="E")
+        search_maneuvers(catalog, ManeuverFilter(worst_grade="E"))
 
 
 def test_a_persons_grade_stands_when_the_flight_is_stored_again(catalog):

@@ -79,6 +79,7 @@ def _multiline_field(key: str, name: str) -> CardField:
 
 FLIGHT_FIELDS = (
     _text_field("name", QT_TR_NOOP("Flight name")),
+    _text_field("airframe", QT_TR_NOOP("Airframe (serial number)")),
     _text_field("crew.pilot", QT_TR_NOOP("Pilot")),
     _text_field("crew.engineer", QT_TR_NOOP("Flight-test engineer")),
     _text_field("crew.ground_station", QT_TR_NOOP("Ground station")),

@@ -107,7 +107,7 @@ class CatalogWriter(QObject):
     def store(self, flight: ReviewedFlight) -> None:
         catalog, maneuvers = self._catalog(), flight.maneuvers
         self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(
-            catalog, flight.flight, maneuvers, flight.aircraft.name
+            catalog, flight.flight, maneuvers, flight.aircraft
         )
         if self._job is None:
             self._next()

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from gsapp.aircraft import Aircraft
 from gsapp.flight.catalog.records import FlightCondition, FlightEntry
 from gsapp.flight.catalog.store import (
     Catalog,
@@ -24,7 +25,7 @@ from gsapp.foundation import FlightError
 _MANEUVER_COLUMNS: Final = ("t_start", "t_end", "kind", "amplitude", "note")
 
 
-def store_flight(catalog: Catalog, flight: Flight, *, aircraft: str = "") -> int:
+def store_flight(catalog: Catalog, flight: Flight, *, aircraft: Aircraft | str = "") -> int:
     """Store the facts of a flight, or renew them; return its number in the catalog."""
     with catalog.transaction() as connection:
         return _flight(connection, FlightEntry.from_flight(flight, aircraft=aircraft))
@@ -35,7 +36,7 @@ def store_maneuvers(
     flight: Flight,
     maneuvers: Sequence[DetectedManeuver],
     *,
-    aircraft: str = "",
+    aircraft: Aircraft | str = "",
     graded_by: str = "program",
 ) -> None:
     """Store the maneuvers of a flight with their conditions and grades, all or none.
@@ -118,7 +119,7 @@ def store_grade(
 
 def _flight(connection: sqlite3.Connection, flight: FlightEntry) -> int:
     info = flight.info or FlightInfo()
-    known = ("takeoff_weight", "landing_weight", "fuel", "notes", "pilot_comments")
+    known = ("airframe", "takeoff_weight", "landing_weight", "fuel", "notes", "pilot_comments")
     facts = {"weather", "crew", "source", "channel_map", "versions"}
     values = {
         "name": flight.name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from gsapp.flight.catalog.records import (
@@ -19,83 +19,120 @@ from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, G
 from gsapp.foundation import FlightError
 from gsapp.foundation.delimited_text import delimited_text
 
-_NOT_DELETED: Final = """(r.kept IS NULL
+NOT_DELETED: Final = """(r.kept IS NULL
     OR r.kept IN (SELECT id FROM kept_runs WHERE forgotten_at IS NULL))"""
 """Of the rows of `runs`: those that were not forgotten with the run they belong to."""
+AIRFRAME_COLUMN: Final = "coalesce(nullif(f.airframe, ''), f.aircraft)"
+"""Of the rows f of `flights`: the airframe, where none was named all of the aircraft are one."""
+STANDING_MANEUVERS: Final = """maneuvers m JOIN flights f ON f.id = m.flight
+    JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
+    WHERE m.stands = 1"""
+"""The maneuvers m that were not replaced, of flights f, with their latest grades g."""
 
 
-def search_maneuvers(
-    catalog: Catalog,
-    *,
-    flight: str | None = None,
-    inputs: Collection[str] | None = None,
-    kind: str | None = None,
-    worst_grade: Grade = "D",
-    conditions: Mapping[str, tuple[float | None, float | None]] | None = None,
-    text: str | None = None,
-) -> tuple[StoredManeuver, ...]:
-    """Return the maneuvers that fit, by flight and time.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverFilter:
+    """Which maneuvers of a catalog are wanted; None is any."""
 
-    Parameters
-    ----------
-    flight : str, optional
-        Name of the flight.
-    inputs : collection of str, optional
-        Exactly these surfaces moved.
-    kind : str, optional
-        ``doublet``, ``3-2-1-1`` ...
-    worst_grade : {"A", "B", "C", "D"}
-        Worse ones are left out.
-    conditions : mapping of str to (float or None, float or None), optional
-        Least and greatest mean of a channel before the input, SI: ``{"V": (27.0, 32.0)}``. A
-        maneuver without that channel does not fit.
-    text : str, optional
-        Occurs in the note, whatever the case.
-    """
-    if worst_grade not in GRADES:
-        raise FlightError(f"there is no grade '{worst_grade}'; grades are {', '.join(GRADES)}")
-    wanted, values = select_where(
-        {
-            "f.name = ?": flight,
-            "m.kind = ?": kind,
-            "instr(lower(m.note), lower(?)) > 0": text,
-            "g.grade <= ?": worst_grade,
-        }
+    flight: str | None = None  # Name of the flight.
+    aircraft: str | None = None  # Name of the aircraft.
+    airframe: str | None = None  # Serial number; see `FlightInfo.airframe`.
+    since: str | None = None
+    until: str | None = None
+    """First and last day of the flight, UTC: ``2026-05-12``; or less of it, ``2026-05``. A flight
+    without a date does not fit."""
+    inputs: Collection[str] | None = None  # Exactly these surfaces moved.
+    kind: str | None = None  # ``doublet``, ``3-2-1-1`` ...
+    worst_grade: Grade = "D"  # Worse ones are left out.
+    conditions: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    """Least and greatest mean of a channel before the input, SI: ``{"V": (27.0, 32.0)}``. A
+    maneuver without that channel does not fit."""
+    text: str | None = None  # Occurs in the note, whatever the case.
+
+    def where(self) -> tuple[str, list[Any]]:
+        """Return an SQL condition on flights f, maneuvers m and grades g, and its values."""
+        if self.worst_grade not in GRADES:
+            raise FlightError(
+                f"there is no grade '{self.worst_grade}'; grades are {', '.join(GRADES)}"
+            )
+        clause, values = select_where(
+            {
+                "f.name = ?": self.flight,
+                "f.aircraft = ?": self.aircraft,
+                f"{AIRFRAME_COLUMN} = ?": self.airframe,
+                "f.date >= ?": self.since,
+                "m.kind = ?": self.kind,
+                "instr(lower(m.note), lower(?)) > 0": self.text,
+                "g.grade <= ?": self.worst_grade,
+            }
+        )
+        clauses = [clause]
+        if self.until is not None:  # A month holds all days that begin like it.
+            clauses.append("substr(f.date, 1, ?) <= ?")
+            values += [len(self.until), self.until]
+        if self.inputs is not None:
+            surfaces = sorted(set(self.inputs))
+            marks = ", ".join("?" * len(surfaces))
+            clauses.append(
+                f"""(SELECT count(*) = ? AND coalesce(sum(i.surface IN ({marks})), 0) = ?
+                FROM inputs i WHERE i.maneuver = m.id)"""  # noqa: S608 - question marks
+            )
+            values += [len(surfaces), *surfaces, len(surfaces)]
+        for channel, (least, most) in self.conditions.items():
+            clauses.append(
+                """EXISTS (SELECT 1 FROM conditions c WHERE c.maneuver = m.id AND c.channel = ?
+                AND c.mean >= coalesce(?, c.mean) AND c.mean <= coalesce(?, c.mean))"""
+            )
+            values += [channel, least, most]
+        return " AND ".join(clauses), values
+
+
+def find_maneuvers(catalog: Catalog, wanted: ManeuverFilter) -> list[int]:
+    """Return the row ids of the maneuvers that fit, by flight and time; see `load_maneuvers`."""
+    clause, values = wanted.where()
+    rows = catalog.query(
+        f"SELECT m.id FROM {STANDING_MANEUVERS} AND {clause} "  # noqa: S608 - own clauses
+        "ORDER BY f.name, m.t_start",
+        values,
     )
+    return [row["id"] for row in rows]
+
+
+def load_maneuvers(catalog: Catalog, row_ids: Sequence[int]) -> tuple[StoredManeuver, ...]:
+    """Return maneuvers of a catalog by their row ids, in their order."""
+    chosen = json.dumps(list(row_ids))
     rows = catalog.query(
         f"""SELECT m.id, f.name AS flight, m.record, g.grade, g.reasons, g.given_by,
             (SELECT v.result FROM verdicts v WHERE v.flight = m.flight
             AND v.t_input >= m.t_start AND v.t_input < m.t_end ORDER BY v.t_input LIMIT 1) AS said
-        FROM maneuvers m JOIN flights f ON f.id = m.flight
-        JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
-        WHERE m.stands = 1 AND {wanted} ORDER BY f.name, m.t_start""",  # noqa: S608 - own clauses
-        values,
+        FROM {STANDING_MANEUVERS} AND m.id IN (SELECT value FROM json_each(?))""",  # noqa: S608
+        (chosen,),
     )
-    states = _by_maneuver(catalog)
-    runs = _runs_by_maneuver(catalog)
-    found = []
-    for row in rows:
-        maneuver = replace(
-            DetectedManeuver.from_record(_parsed(catalog, row["record"])),
-            grade=row["grade"],
-            reasons=tuple(_parsed(catalog, row["reasons"])),
+    conditions = _conditions(catalog, chosen)
+    runs = _runs_by_maneuver(catalog, chosen)
+    found = {
+        row["id"]: StoredManeuver(
+            flight=row["flight"],
+            maneuver=replace(
+                DetectedManeuver.from_record(_parsed(catalog, row["record"])),
+                grade=row["grade"],
+                reasons=tuple(_parsed(catalog, row["reasons"])),
+            ),
+            conditions=conditions.get(row["id"], {}),
+            graded_by=row["given_by"],
+            runs=tuple(runs.get(row["id"], ())),
+            verdict=row["said"] or "",
         )
-        held = states.get(row["id"], {})
-        if inputs is not None and set(maneuver.inputs) != set(inputs):
-            continue
-        if not all(_within(held.get(name), span) for name, span in (conditions or {}).items()):
-            continue
-        found.append(
-            StoredManeuver(
-                flight=row["flight"],
-                maneuver=maneuver,
-                conditions=held,
-                graded_by=row["given_by"],
-                runs=tuple(runs.get(row["id"], ())),
-                verdict=row["said"] or "",
-            )
-        )
-    return tuple(found)
+        for row in rows
+    }
+    return tuple(found[number] for number in row_ids if number in found)
+
+
+def search_maneuvers(
+    catalog: Catalog, wanted: ManeuverFilter | None = None
+) -> tuple[StoredManeuver, ...]:
+    """Return the maneuvers that fit, by flight and time."""
+    return load_maneuvers(catalog, find_maneuvers(catalog, wanted or ManeuverFilter()))
 
 
 def search_runs(
@@ -106,11 +143,12 @@ def search_runs(
     flight: str | None = None,
     derivative: str | None = None,
     kept: int | None = None,
+    row_ids: Collection[int] | None = None,
 ) -> tuple[EstimationRun, ...]:
     """Return the estimations that fit, the oldest first; not those of runs that were forgotten.
 
-    A maneuver of `flight` took part, `derivative` has a value, and they are part of the campaign
-    run of the number `kept`.
+    A maneuver of `flight` took part, `derivative` has a value, they are part of the campaign run
+    of the number `kept`, and their own number is in `row_ids`.
     """
     wanted, values = select_where(
         {
@@ -120,14 +158,46 @@ def search_runs(
             """r.id IN (SELECT rm.run FROM run_maneuvers rm JOIN maneuvers m ON m.id = rm.maneuver
             JOIN flights f ON f.id = m.flight WHERE f.name = ?)""": flight,
             "r.id IN (SELECT run FROM estimates WHERE name = ? AND value IS NOT NULL)": derivative,
+            "r.id IN (SELECT value FROM json_each(?))": None
+            if row_ids is None
+            else json.dumps([*row_ids]),
         }
     )
     rows = catalog.query(
         f"""SELECT r.*, o.name AS model_name FROM runs r LEFT JOIN models o ON o.id = r.model
-        WHERE {_NOT_DELETED} AND {wanted} ORDER BY r.id""",  # noqa: S608 - own clauses
+        WHERE {NOT_DELETED} AND {wanted} ORDER BY r.id""",  # noqa: S608 - own clauses
         values,
     )
-    return tuple(_run(catalog, row) for row in rows)
+    chosen = json.dumps([row["id"] for row in rows])
+    maneuvers: dict[int, list[Any]] = {}
+    for one in catalog.query(
+        """SELECT rm.run, f.name AS flight, m.name, rm.t_start, rm.t_end FROM run_maneuvers rm
+        JOIN maneuvers m ON m.id = rm.maneuver JOIN flights f ON f.id = m.flight
+        WHERE rm.run IN (SELECT value FROM json_each(?)) ORDER BY f.name, m.t_start""",
+        (chosen,),
+    ):
+        maneuvers.setdefault(one["run"], []).append(one)
+    estimates: dict[int, dict[str, StoredEstimate]] = {}
+    for one in catalog.query(
+        """SELECT * FROM estimates WHERE run IN (SELECT value FROM json_each(?))
+        ORDER BY rowid""",
+        (chosen,),
+    ):
+        estimates.setdefault(one["run"], {})[one["name"]] = StoredEstimate(
+            confounded_with=tuple(_parsed(catalog, one["confounded_with"])),
+            **{key: one[key] for key in ("value", "std", "cramer_rao", "status", "why")},
+        )
+    return tuple(
+        _run(catalog, row, maneuvers.get(row["id"], ()), estimates.get(row["id"], {}))
+        for row in rows
+    )
+
+
+def list_estimated(catalog: Catalog) -> tuple[str, ...]:
+    """Return the names of all that was estimated, in alphabetical order."""
+    return tuple(
+        row["name"] for row in catalog.query("SELECT DISTINCT name FROM estimates ORDER BY name")
+    )
 
 
 def list_flights(catalog: Catalog) -> tuple[str, ...]:
@@ -136,26 +206,15 @@ def list_flights(catalog: Catalog) -> tuple[str, ...]:
     return tuple(row["name"] for row in rows)
 
 
-def _run(catalog: Catalog, row: Any) -> EstimationRun:
-    maneuvers = catalog.query(
-        """SELECT f.name AS flight, m.name, rm.t_start, rm.t_end FROM run_maneuvers rm
-        JOIN maneuvers m ON m.id = rm.maneuver JOIN flights f ON f.id = m.flight
-        WHERE rm.run = ? ORDER BY f.name, m.t_start""",
-        (row["id"],),
-    )
-    estimates = catalog.query("SELECT * FROM estimates WHERE run = ? ORDER BY rowid", (row["id"],))
+def _run(
+    catalog: Catalog, row: Any, maneuvers: Sequence[Any], estimates: Mapping[str, StoredEstimate]
+) -> EstimationRun:
     return EstimationRun(
         id=row["id"],
         maneuvers=tuple((one["flight"], one["name"]) for one in maneuvers),
         edges=tuple((one["t_start"], one["t_end"]) for one in maneuvers),
         campaign_run_id=row["kept"],
-        estimates={
-            one["name"]: StoredEstimate(
-                confounded_with=tuple(_parsed(catalog, one["confounded_with"])),
-                **{key: one[key] for key in ("value", "std", "cramer_rao", "status", "why")},
-            )
-            for one in estimates
-        },
+        estimates=estimates,
         settings=_parsed(catalog, row["settings"]),
         fit=_parsed(catalog, row["fit"]),
         model=row["model_name"],
@@ -165,31 +224,31 @@ def _run(catalog: Catalog, row: Any) -> EstimationRun:
     )
 
 
-def _by_maneuver(catalog: Catalog) -> dict[int, dict[str, FlightCondition]]:
+def _conditions(catalog: Catalog, chosen: str) -> dict[int, dict[str, FlightCondition]]:
     found: dict[int, dict[str, FlightCondition]] = {}
-    for row in catalog.query("SELECT * FROM conditions ORDER BY maneuver, rowid"):
+    rows = catalog.query(
+        """SELECT * FROM conditions WHERE maneuver IN (SELECT value FROM json_each(?))
+        ORDER BY maneuver, rowid""",
+        (chosen,),
+    )
+    for row in rows:
         found.setdefault(row["maneuver"], {})[row["channel"]] = FlightCondition(
             mean=row["mean"], minimum=row["least"], maximum=row["most"]
         )
     return found
 
 
-def _runs_by_maneuver(catalog: Catalog) -> dict[int, list[int]]:
+def _runs_by_maneuver(catalog: Catalog, chosen: str) -> dict[int, list[int]]:
     found: dict[int, list[int]] = {}
     rows = catalog.query(
         f"""SELECT rm.maneuver, rm.run FROM run_maneuvers rm JOIN runs r ON r.id = rm.run
-        WHERE {_NOT_DELETED} ORDER BY rm.run"""  # noqa: S608 - own clause
+        WHERE rm.maneuver IN (SELECT value FROM json_each(?)) AND {NOT_DELETED}
+        ORDER BY rm.run""",  # noqa: S608 - own clause
+        (chosen,),
     )
     for row in rows:
         found.setdefault(row["maneuver"], []).append(row["run"])
     return found
-
-
-def _within(condition: FlightCondition | None, span: Sequence[float | None]) -> bool:
-    if condition is None:
-        return False
-    least, most = span
-    return (least is None or condition.mean >= least) and (most is None or condition.mean <= most)
 
 
 def _parsed(catalog: Catalog, text: str) -> Any:

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.aircraft import Aircraft
+from gsapp.flight.catalog.similarity_numbers import similarity_numbers
 from gsapp.flight.flight import Flight
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
@@ -29,7 +31,8 @@ CONDITION_CHANNELS = (
     "fuel",
     "mass",
 )
-"""Channels whose values at the start of a maneuver are its conditions."""
+"""Channels whose values at the start of a maneuver are its conditions, beside the
+`SIMILARITY_NUMBERS`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,15 +44,18 @@ class FlightCondition:
     maximum: float
 
 
-def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, FlightCondition]:
+def compute_conditions(
+    flight: Flight, maneuver: DetectedManeuver, aircraft: Aircraft | None = None
+) -> dict[str, FlightCondition]:
     """Return the conditions at which a maneuver was flown, by channel.
 
-    Taken between its start and its input; over the whole of it where the input is not known.
+    Taken between its start and its input; over the whole of it where the input is not known. With
+    the aircraft that flew it also the `SIMILARITY_NUMBERS`.
     """
     stop = maneuver.t_input if maneuver.t_input > maneuver.t_start else maneuver.t_end
     part = flight.block.between(maneuver.t_start, stop)
     found = {}
-    for name in CONDITION_CHANNELS:
+    for name in (*CONDITION_CHANNELS, "static_pressure"):
         if name not in part:
             continue
         samples = part[name]
@@ -64,6 +70,11 @@ def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, 
     for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
         if name not in found and value is not None:
             found[name] = FlightCondition(mean=value, minimum=value, maximum=value)
+    if aircraft is not None:
+        means = {name: one.mean for name, one in found.items()}
+        for name, value in similarity_numbers(means, aircraft, flight.info).items():
+            found[name] = FlightCondition(mean=value, minimum=value, maximum=value)
+    found.pop("static_pressure", None)
     return found
 
 
@@ -88,19 +99,25 @@ class FlightEntry:
         flight: Flight,
         maneuvers: Sequence[DetectedManeuver] = (),
         *,
-        aircraft: str = "",
+        aircraft: Aircraft | str = "",
         complete: bool = True,
     ) -> FlightEntry:
-        """Return the entry of a flight, its maneuvers with the conditions they were flown at."""
+        """Return the entry of a flight, its maneuvers with the conditions they were flown at.
+
+        `aircraft`: that flew it; with its name alone, Mach and Reynolds number and wing loading
+        stay unknown.
+        """
         info = flight.info
+        plane = aircraft if isinstance(aircraft, Aircraft) else None
+        name = aircraft if isinstance(aircraft, str) else aircraft.name
         return FlightEntry(
             name=flight.name,
             path=flight.path,
             duration=flight.duration,
             info=info,
-            aircraft=aircraft or (info.aircraft if info else ""),
+            aircraft=name or (info.aircraft if info else ""),
             maneuvers=tuple(maneuvers),
-            conditions=tuple(compute_conditions(flight, one) for one in maneuvers),
+            conditions=tuple(compute_conditions(flight, one, plane) for one in maneuvers),
             complete=complete,
         )
 

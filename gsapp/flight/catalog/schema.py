@@ -169,5 +169,18 @@ _CAMPAIGN_RUNS: Final = (
     "CREATE INDEX runs_by_kept ON runs(kept)",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _CAMPAIGN_RUNS)
+_FLEET: Final = (
+    "ALTER TABLE flights ADD COLUMN airframe TEXT NOT NULL DEFAULT ''",
+    # What the instruments of a flight show of their own errors, SI.
+    """CREATE TABLE instrument_errors (
+        flight INTEGER NOT NULL REFERENCES flights(id) ON DELETE CASCADE,
+        name TEXT NOT NULL,
+        value REAL,
+        std REAL,
+        status TEXT NOT NULL,
+        PRIMARY KEY (flight, name)
+    )""",
+)
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _CAMPAIGN_RUNS, _FLEET)
 """Statements of each step, oldest first."""

@@ -445,7 +445,7 @@ def _selection(
         entry=FlightEntry.from_flight(
             flight,
             stored,
-            aircraft=aircraft,
+            aircraft=opened.aircraft,
             complete=not (request.maneuvers or request.maneuver_windows),
         ),
         remarks=tuple(f"{flight.name}: {remark}" for remark in remarks),

@@ -29,7 +29,7 @@ from gsapp.session.monitor_settings import MONITORS
 
 
 def save_maneuvers_to_catalog(
-    catalog: Path, flight: Flight, maneuvers: Sequence[DetectedManeuver], aircraft: str
+    catalog: Path, flight: Flight, maneuvers: Sequence[DetectedManeuver], aircraft: Aircraft
 ) -> None:
     """Write the maneuvers of a flight as they stand into a catalog, all or none.
 

@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.dynamics.model import load_model
-from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
+from gsapp.flight.catalog import Catalog, ManeuverFilter, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.runs.request import (
     RunRequest,
@@ -46,7 +46,7 @@ def test_a_kept_run_says_all_of_itself(outcome: RunOutcome, tmp_path: Path) -> N
         number = save_run(catalog, outcome)
         (back,) = stored_runs(catalog)
         fits = search_runs(catalog, kept=number)
-        stored = search_maneuvers(catalog, flight="a")
+        stored = search_maneuvers(catalog, ManeuverFilter(flight="a"))
     assert (back.number, back.name, back.label) == (number, "both", "both")
     assert back.request == outcome.request
     assert back.values == {name: one.value for name, one in outcome.summary.derivatives.items()}
@@ -113,7 +113,7 @@ def test_maneuvers_that_the_catalog_has_stay_as_they_are(
     with Catalog(tmp_path / "c.sqlite") as catalog:
         save_run(catalog, replace(outcome, flights=(standing, outcome.flights[1])))
         save_run(catalog, outcome)
-        found = search_maneuvers(catalog, flight="a")
+        found = search_maneuvers(catalog, ManeuverFilter(flight="a"))
         told = [(one.maneuver.id, one.maneuver.note) for one in found]
         assert told == [("2", ""), ("1", "another")]
         # What was fitted from 0 to 6 s is not told of the maneuver that has its name.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.aircraft import load_aircraft
 from gsapp.cli.maneuvers import maneuvers
 from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
 from gsapp.flight.flight_import import import_flight
@@ -167,7 +168,7 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     catalog = tmp_path / "made" / "campaign.sqlite"
 
     def kept() -> dict[str, tuple[str, str]]:
-        save_maneuvers_to_catalog(catalog, flight.flight, flight.maneuvers, "B777")
+        save_maneuvers_to_catalog(catalog, flight.flight, flight.maneuvers, load_aircraft("b777"))
         with Catalog(catalog) as opened:
             return {
                 one.maneuver.id: (one.maneuver.grade, one.graded_by)
