@@ -16,6 +16,7 @@ _WRITTEN = {
     "truth": "--truth",
     "onboard": "--onboard",
     "report": "--report",
+    "dataset": "--dataset",
 }
 """The parameters of all commands that name what is written, with their options."""
 _SCREEN = "-"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -44,6 +45,14 @@ def estimate(
         ),
     ] = None,
     on: On = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False,
+            metavar="FOLDER",
+            help="Also write derivatives and samples of the maneuvers as Parquet, by flight",
+        ),
+    ] = None,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
@@ -63,28 +72,21 @@ def estimate(
 
     Example: gsapp estimate flights/* --on local --json derivatives.json
 
+    Example: gsapp estimate flights/* --dataset campaign
+
     Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._usage_errors import (
-        CommandUsageError,
-        as_usage_error,
-        check_catalog,
-        check_windows,
-    )
+    from gsapp.cli._usage_errors import as_usage_error, check_catalog, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
-    from gsapp.foundation.name_suggestions import did_you_mean
     from gsapp.identification.runs.request import RunRequest, check_names
     from gsapp.identification.runs.run_execution import check_fitted, execute_run
     from gsapp.identification.runs.run_store import save_run
-    from gsapp.identification.summary.derivative_forms import FORM_TITLES
+    from gsapp.report.campaign_dataset import check_dataset_folder, write_campaign_dataset
     from gsapp.report.estimate_export import outcome_json
 
-    for name in form or ():
-        if name not in FORM_TITLES:
-            hint = did_you_mean(name, FORM_TITLES, f"there are {', '.join(FORM_TITLES)}")
-            raise CommandUsageError(f"there is no form '{name}'; {hint}")
+    _check_forms(form or ())
     console = PlainConsole(stderr=is_stdout(json))
     if euler:
         settings["integration"] = "euler"
@@ -94,6 +96,8 @@ def estimate(
     if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
         # What cannot be kept is told before the work; a new file is made after it.
         Catalog(catalog).close()
+    if dataset is not None:
+        check_dataset_folder(dataset)
     check_windows(request.maneuver_windows, flights)
     known = load_model(request.model) if request.model else None
     with as_usage_error():
@@ -114,12 +118,27 @@ def estimate(
     if form:
         _print_forms(console, outcome, form)
     check_fitted(outcome)
+    if dataset is not None:
+        with console.status("writing the dataset"):
+            write_campaign_dataset(outcome, dataset)
+        console.print(f"written to {dataset}", soft_wrap=True)
     if update_aircraft:
         _update_aircraft(console, outcome)
     if json is not None and not is_stdout(json):
         console.print(f"written to {json}", soft_wrap=True)
     if kept:
         console.print(kept, soft_wrap=True)
+
+
+def _check_forms(wanted: Sequence[str]) -> None:
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.foundation.name_suggestions import did_you_mean
+    from gsapp.identification.summary.derivative_forms import FORM_TITLES
+
+    for name in wanted:
+        if name not in FORM_TITLES:
+            hint = did_you_mean(name, FORM_TITLES, f"there are {', '.join(FORM_TITLES)}")
+            raise CommandUsageError(f"there is no form '{name}'; {hint}")
 
 
 def _update_aircraft(console: PlainConsole, outcome: RunOutcome) -> None:

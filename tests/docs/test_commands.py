@@ -1,6 +1,7 @@
 """The commands of the pages run, in the order shown, in one folder that starts as a clone does.
 
-Info strings of ``sh`` blocks: none, run here; ``background``, run until the block after it ends;
+Info strings of ``sh`` blocks: none, run here; ``parquet``, run where pyarrow is installed;
+``background``, run until the block after it ends;
 ``field``, needs an aircraft or a card; ``window``, opens the window; ``setup``, done by packaging.
 """
 
@@ -16,6 +17,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,7 +57,7 @@ def _steps() -> Iterator[Step]:
             lines = tuple(line.strip() for line in text.splitlines())
             if kind == "background":
                 (background,) = lines
-            elif not kind:
+            elif not kind or (kind == "parquet" and find_spec("pyarrow")):
                 yield Step(page, lines, background)
                 background = ""
 
