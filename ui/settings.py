@@ -64,6 +64,7 @@ class Settings(StrictModel):
     # Name of the layout on screen; the layouts themselves are files beside this one.
     layout: str = "Overview"
     span: float = Field(default=60.0, gt=0.0)  # Seconds in sight.
+    map_tiles: str = ""  # Path of the map below the ground track.
     gap_flights: tuple[str, ...] = ()  # Flights searched last for a missing effect.
     # What they were compared with; empty for the flight's own, and for none.
     gap_aircraft: str = ""

@@ -8,6 +8,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from gsapp.flight.map_tiles import GroundArea
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import EARTH_RADIUS
 
@@ -16,11 +17,45 @@ _SEGMENTS = 8  # Half overlapped, of which a power density is the mean.
 
 TrackSource = Literal["position", "ground speed", "airspeed"]
 TRACK_CHANNELS: Final[Mapping[TrackSource, tuple[tuple[str, ...], ...]]] = {
-    "position": (("north", "east"), ("latitude", "longitude")),
+    "position": (("latitude", "longitude"), ("north", "east")),
     "ground speed": (("ground_speed", "track"),),
     "airspeed": (("V", "psi"), ("Vc", "psi")),
 }
 """Channels that give a track, best first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroundOrigin:
+    """Where a track begins; north and east are measured on the sphere from here."""
+
+    latitude: float  # rad
+    longitude: float  # rad
+
+    def place(
+        self, latitude: FloatArray | float, longitude: FloatArray | float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return north and east, m, of places near it, rad."""
+        turn = np.remainder(longitude - self.longitude + np.pi, 2.0 * np.pi) - np.pi
+        return (
+            np.asarray(EARTH_RADIUS * (latitude - self.latitude)),
+            np.asarray(EARTH_RADIUS * np.cos(self.latitude) * turn),
+        )
+
+    def area(self, west: float, south: float, east: float, north: float) -> GroundArea:
+        """Return the ground of a rectangle of east and north, m."""
+        along = EARTH_RADIUS * np.cos(self.latitude)
+        return GroundArea(
+            south=float(self.latitude + south / EARTH_RADIUS),
+            west=float(self.longitude + west / along),
+            north=float(self.latitude + north / EARTH_RADIUS),
+            east=float(self.longitude + east / along),
+        )
+
+    def rectangle(self, area: GroundArea) -> tuple[float, float, float, float]:
+        """Return west, south, east and north edges, m: the inverse of `area`."""
+        south, west = self.place(area.south, area.west)
+        north, east = self.place(area.north, area.east)
+        return float(west), float(south), float(east), float(north)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,6 +68,8 @@ class GroundTrack:
     """Distance east, shape (n,), m."""
     source: TrackSource
     """Position, or dead reckoning by speed over the ground, or by airspeed without wind."""
+    origin: GroundOrigin | None = None
+    """Where on the ground it begins; None where not known."""
 
 
 def power_density(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
@@ -94,16 +131,15 @@ def ground_track(samples: Mapping[str, FloatArray], rate: float) -> GroundTrack 
             known = np.flatnonzero(np.isfinite(a) & np.isfinite(b))
             if not known.size:
                 continue
+            origin = None
             if source != "position":
                 north, east = _dead_reckon(a, b, rate)
             elif first == "north":
                 north, east = a - a[known[0]], b - b[known[0]]
             else:
-                origin = known[0]
-                north = EARTH_RADIUS * (a - a[origin])
-                turn = np.remainder(b - b[origin] + np.pi, 2.0 * np.pi) - np.pi
-                east = EARTH_RADIUS * np.cos(a[origin]) * turn
-            return GroundTrack(north=north, east=east, source=source)
+                origin = GroundOrigin(latitude=float(a[known[0]]), longitude=float(b[known[0]]))
+                north, east = origin.place(a, b)
+            return GroundTrack(north=north, east=east, source=source, origin=origin)
     return None
 
 

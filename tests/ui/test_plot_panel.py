@@ -1,11 +1,13 @@
 """The plot beside the charts: a flight of known content, chosen and zoomed by real events."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QBuffer, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -13,6 +15,7 @@ from pytestqt.qtbot import QtBot
 from gsapp.flight.flight_import import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
+from gsapp.quantities.constants import EARTH_RADIUS
 from tests.ui.window_kit import until
 from ui.main_window import MainWindow
 from ui.widgets.analysis_plot import PlotCurve
@@ -108,3 +111,73 @@ def test_the_track_of_a_circle_closes(opened: MainWindow, qtbot: QtBot) -> None:
         (high[1] - high[0]) / area.height(), rel=0.02
     )
     assert opened.view.plot.note.isVisible()
+
+
+def test_the_track_lies_on_a_map(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
+    """A flight due east along a line between two rows of tiles, one row red and one blue."""
+    zoom = 16
+    latitude = 0.0  # the equator parts tiles
+    times = np.arange(0.0, 40.0, 0.1)
+    longitude = np.radians(13.0) + 20.0 * times / EARTH_RADIUS
+    block = Block(
+        channels=("latitude", "longitude"), times=times,
+        values=np.column_stack([np.full(times.size, latitude), longitude]),
+    )  # fmt: skip
+    import_flight(write_block(tmp_path / "east.csv", block, "csv"), tmp_path / "east")
+    path = tmp_path / "map.mbtiles"
+    first = int((13.0 + 180.0) / 360.0 * 2**zoom)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("CREATE TABLE metadata (name text, value text)")
+        connection.execute(
+            "CREATE TABLE tiles (zoom_level integer, tile_column integer, tile_row integer,"
+            " tile_data blob)"
+        )
+        for column in range(first - 8, first + 9):
+            for row in range(2 ** (zoom - 1) - 8, 2 ** (zoom - 1) + 8):
+                picture = QImage(256, 256, QImage.Format.Format_RGB32)
+                picture.fill(QColor("red" if row >= 2 ** (zoom - 1) else "blue"))
+                buffer = QBuffer()
+                picture.save(buffer, "PNG")
+                connection.execute(
+                    "INSERT INTO tiles VALUES (?, ?, ?, ?)",
+                    (zoom, column, row, bytes(buffer.data().data())),
+                )
+        connection.commit()
+    controller = window.flight_controller
+    controller.flight_opener.open_flight(tmp_path / "east", playing=False)
+    until(qtbot, lambda: controller.is_replay and (window.view._state.replay.end or 0.0) > 39.0)
+    controller.seek(39.0)
+    window.commands.actions["panel_plot"].trigger()
+    until(qtbot, lambda: window.view.plot.plot is not None)
+    choose(window, qtbot, "track")
+    until(qtbot, lambda: np.ptp(drawn(window)[0].x) > 1000.0)
+    window.view.plot._map_row.chosen.emit(str(path))
+    area = window.view.plot.plot.plot
+    box = area.getPlotItem().getViewBox()
+
+    def red(north: float) -> int:
+        """Return by how much red exceeds blue there, 0 to 255."""
+        place = area.mapFromScene(box.mapViewToScene(QPointF(1060.0, north)))  # ft
+        shown = area.grab().toImage()
+        ratio = shown.devicePixelRatio()
+        color = shown.pixelColor(int(place.x() * ratio), int(place.y() * ratio))
+        return color.red() - color.blue()
+
+    until(qtbot, lambda: red(430.0) > 100)
+    assert red(-430.0) < -100
+    # Finer tiles do not undo what the user has zoomed to.
+    whole = box.viewRange()[0]
+    area.setFocus()
+    QTest.keyClick(area, Qt.Key.Key_Up)
+    wanted = window.view.plot._map._wanted
+    until(qtbot, lambda: window.view.plot._map._wanted != wanted)
+    until(qtbot, lambda: not window.view.plot._map._job.is_running)
+    qtbot.wait(100)
+    assert np.ptp(box.viewRange()[0]) < 0.8 * np.ptp(whole)
+    # A map that is gone is told, and the track stays.
+    path.unlink()
+    window.view.plot.set_map(str(path))
+    until(qtbot, lambda: str(path) in window.view.plot.note.text())
+    assert abs(red(430.0)) < 30
+    QTest.mouseClick(window.view.plot._map_row.remove, Qt.MouseButton.LeftButton)
+    assert window.store.current.map_tiles == ""

@@ -82,6 +82,8 @@ class FlightPageController(QObject):
         view.messages.jump_requested.connect(self._go_to_key)
         view.estimates.opened.connect(self._go_to_maneuver_of)
         view.estimates.search.switched.connect(self._remember_search)
+        view.plot.set_map(store.current.map_tiles)
+        view.plot.map_chosen.connect(lambda path: store.change(map_tiles=path))
         view.replay.moved.connect(self._seek)
         view.replay.speed_chosen.connect(controller.set_speed)
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.flight.plot_data import TRACK_CHANNELS, ground_track, power_density
+from gsapp.flight.plot_data import TRACK_CHANNELS, GroundOrigin, ground_track, power_density
 from gsapp.quantities import FloatArray, channel, from_si, symbol_text, unit_text
 from ui.strips.chart_annotations import ChartSpan
 from ui.strips.pixel_columns import SampleSource
@@ -33,6 +33,7 @@ class PlotContent:
     bottom: str
     left: str
     note: str = ""
+    origin: GroundOrigin | None = None  # Of a ground track.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,4 +135,5 @@ def track_content(samples: PlottedSamples, spans: Sequence[ChartSpan]) -> PlotCo
         note=tr("A ground track requires position, or speed and heading.")
         if track is None
         else tr(_TRACK_NOTES[track.source]),
+        origin=None if track is None else track.origin,
     )

@@ -14,14 +14,24 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFontMetrics,
+    QImage,
     QKeyEvent,
     QMouseEvent,
     QPainter,
     QPaintEvent,
     QPen,
+    QPixmap,
+    QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QApplication, QFrame, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QGraphicsPixmapItem,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
 from gsapp.foundation.delimited_text import delimited_text
 from gsapp.quantities import FloatArray
@@ -44,6 +54,8 @@ _MARGIN, _MARGIN_OF_POINTS = 0.02, 0.05
 """Beyond the ends of what is drawn, as shares of its width: a large point is not cut."""
 _TARGET_ALPHA = 0.28
 _MIN_TICKS_WIDTH = 8  # Points up to which a line is no curve to be read: limits, means.
+_PICTURE_DEPTH = -40  # Below bands.
+_PICTURE_OPACITY = 0.55  # Curves of each look stand out from it.
 _ZOOM = 0.8  # Factor of the range that a notch of the wheel zooms by.
 _UNIT_PATTERN = re.compile(r"(.*?)(?:, | \[)([^\],]*)\]?")
 """Symbol and unit in the title of an axis."""
@@ -73,6 +85,17 @@ class PlotBand:
     name: str = ""
     is_horizontal: bool = True
     is_target: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlotPicture:
+    """A picture below the curves: its edges in the values of the axes."""
+
+    image: QImage
+    west: float
+    south: float
+    east: float
+    north: float
 
 
 class LegendSymbol(QWidget):
@@ -211,6 +234,16 @@ class AnalysisPlot(QFrame):
         if not is_kept:
             self.plot.fit_view()
 
+    def show_pictures(self, pictures: Sequence[PlotPicture]) -> None:
+        """Show other pictures below the curves; those drawn before stay with `draw`."""
+        self.plot.show_pictures(pictures)
+
+    @property
+    def edges(self) -> tuple[float, float, float, float]:
+        """Return the left, lower, right and upper edges in sight, in the values of the axes."""
+        (left, right), (low, high) = self.plot.getPlotItem().getViewBox().viewRange()
+        return float(left), float(low), float(right), float(high)
+
     def lock_aspect(self, locked: bool) -> None:
         """Draw both axes at one scale, or each at its own."""
         self.plot.getPlotItem().getViewBox().setAspectLocked(locked)
@@ -288,6 +321,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         self.pointer: QPointF | None = None
         self._crosshair = CrosshairKeys(self)
         self._curves: tuple[PlotCurve, ...] = ()
+        self._pictures: list[QGraphicsPixmapItem] = []
         self._titles = ("", "")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -352,6 +386,22 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             (min(low for low, _ in known), max(high for _, high in known)) if known else None
         )
         self._margin = _MARGIN_OF_POINTS if any(one.symbol for one in curves) else _MARGIN
+
+    def show_pictures(self, pictures: Sequence[PlotPicture]) -> None:
+        box = self.getPlotItem().getViewBox()
+        for item in self._pictures:
+            box.removeItem(item)
+        self._pictures = []
+        for one in pictures:
+            item = QGraphicsPixmapItem(QPixmap.fromImage(one.image))
+            item.setTransformationMode(Qt.TransformationMode.SmoothTransformation)
+            across = (one.east - one.west) / one.image.width()
+            down = (one.south - one.north) / one.image.height()
+            item.setTransform(QTransform(across, 0.0, 0.0, down, one.west, one.north))
+            item.setZValue(_PICTURE_DEPTH)
+            item.setOpacity(_PICTURE_OPACITY)
+            box.addItem(item, ignoreBounds=True)
+            self._pictures.append(item)
 
     def _create_item(self, curve: PlotCurve) -> pyqtgraph.PlotDataItem:
         style = self._style
