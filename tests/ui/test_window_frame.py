@@ -289,6 +289,34 @@ def test_channels_are_chosen_ordered_and_saved_by_keys(
     assert again.view.layouts._layouts.load("Doublets").channels == order
 
 
+def test_a_layout_goes_to_a_file_and_comes_from_one(
+    flight: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "crew"  # the dialog adds the ending
+    choices = {"getSaveFileName": str(path), "getOpenFileName": f"{path}.toml"}
+    for name, chosen in choices.items():
+        monkeypatch.setattr(
+            QFileDialog, name, lambda *_, chosen=chosen: (chosen, "Layout (*.toml)")
+        )
+    panel, charts = flight.view.channels, flight.view.charts
+    panel.layout_saved.emit("Doublets")
+    exported = charts.strip_layout
+    panel.export_requested.emit()
+    flight.view.layouts.show_layout("Overview")
+    panel.import_requested.emit()
+    # The name is taken, and the layout that has it stays.
+    assert flight.store.current.layout == "Doublets 2"
+    assert charts.strip_layout.groups == exported.groups
+    assert flight.view.layouts._layouts.names == ("Doublets", "Doublets 2")
+    # What cannot be read is told, and nothing is changed.
+    path.with_suffix(".toml").write_text("groups = 5")
+    answered: list[str] = []
+    answer_dialog(QMessageBox, lambda box: answered.append(box.text()))
+    panel.import_requested.emit()
+    assert answered
+    assert flight.store.current.layout == "Doublets 2"
+
+
 def test_a_channel_that_never_has_a_sample_gets_no_chart(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLineEdit,
     QListWidget,
+    QMenu,
     QPushButton,
     QSplitter,
     QTreeWidget,
@@ -88,6 +89,8 @@ class ChannelPanel(QWidget):
     layout_chosen = Signal(str)  # A layout to show.
     layout_saved = Signal(str)  # Save what is on screen under that name.
     layout_deleted = Signal(str)  # Forget a saved layout.
+    import_requested = Signal()  # Take a layout from a file of another computer.
+    export_requested = Signal()  # Write what is on screen into a file for others.
 
     def __init__(self, style: DisplayStyle) -> None:
         super().__init__()
@@ -202,10 +205,17 @@ class ChannelPanel(QWidget):
         save.setAccessibleName(tr("Save this layout under a name"))
         save.clicked.connect(self._ask_name)
         row.addWidget(save)
-        self.delete = QPushButton(tr("Delete"))
-        self.delete.setAccessibleName(tr("Delete this saved layout"))
-        self.delete.clicked.connect(lambda: self.layout_deleted.emit(self.layouts.currentData()))
-        row.addWidget(self.delete)
+        more = QPushButton(tr("More"))
+        more.setAccessibleName(tr("More for layouts"))
+        menu = QMenu(more)
+        menu.setToolTipsVisible(True)
+        menu.addAction(tr("Import from a file…"), self.import_requested.emit)
+        menu.addAction(tr("Export to a file…"), self.export_requested.emit)
+        self.delete = menu.addAction(
+            tr("Delete"), lambda: self.layout_deleted.emit(self.layouts.currentData())
+        )
+        more.setMenu(menu)
+        row.addWidget(more)
         return row
 
     # What is shown
@@ -218,7 +228,9 @@ class ChannelPanel(QWidget):
         self.layouts.setCurrentIndex(self.layouts.findData(current) if current else -1)
         self.layouts.setPlaceholderText(tr("Custom"))
         self.delete.setEnabled(current in saved)
-        self.delete.setToolTip("" if current in saved else tr("Only saved layouts can be deleted"))
+        self.delete.setToolTip(
+            plain_tooltip("" if current in saved else tr("Only saved layouts can be deleted"))
+        )
 
     def show_channels(
         self, available: Sequence[str], charts: StripLayout, notes: Mapping[str, str]

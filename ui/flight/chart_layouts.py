@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import logging
 import re
+from itertools import count
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog
 
 from gsapp.foundation import FileProblemsError, FlightError, GroundStationError, UnknownNameError
 from gsapp.foundation.files import list_files
+from ui.dialogs.file_dialogs import ask_save_file
 from ui.flight.channel_panel import ChannelPanel
 from ui.flight.chart_selection import (
     OVERVIEW_LAYOUT,
@@ -23,6 +26,7 @@ from ui.settings import SettingsStore
 from ui.strips.strip_chart import StripChart
 from ui.strips.strip_layout import StripLayout, load_layout, save_layout
 from ui.translation import QT_TR_NOOP, tr
+from ui.widgets.message_boxes import show_warning
 
 log = logging.getLogger(__name__)
 
@@ -109,6 +113,7 @@ class LayoutStore:
 
 
 _OWN_CHOICE = QT_TR_NOOP("Custom")
+_FILES = QT_TR_NOOP("Layout (*.toml)")
 
 
 class LayoutController(QObject):
@@ -137,6 +142,8 @@ class LayoutController(QObject):
         panel.layout_chosen.connect(self.show_layout)
         panel.layout_saved.connect(self._save)
         panel.layout_deleted.connect(self._delete)
+        panel.import_requested.connect(self._ask_import)
+        panel.export_requested.connect(self._ask_export)
 
     def begin_flight(self) -> None:
         """Choose the charts again once the channels of another flight are known."""
@@ -197,6 +204,43 @@ class LayoutController(QObject):
         self._layouts.save(layout, name)
         self._store.change(layout=name)
         self._set_charts(layout, name)
+
+    def _ask_import(self) -> None:
+        path, _kind = QFileDialog.getOpenFileName(
+            self._panel, tr("Import a layout"), str(Path.home()), tr(_FILES)
+        )
+        if path:
+            self.import_layout(Path(path))
+
+    def import_layout(self, path: Path) -> None:
+        """Save the layout of a file under its name, or one like it, and show it."""
+        try:
+            layout = load_layout(path)
+            taken = {*SHIPPED_LAYOUT_NAMES, *self._layouts.names}
+            names = (f"{layout.name} {number}" for number in count(2))
+            name = (
+                layout.name
+                if layout.name not in taken
+                else next(n for n in names if n not in taken)
+            )
+            self._layouts.save(layout, name)
+        except (GroundStationError, OSError) as error:
+            show_warning(self._panel, tr("Import a layout"), str(error))
+            return
+        self.show_layout(name)
+
+    def _ask_export(self) -> None:
+        shown = self._charts.strip_layout
+        name = sanitize_file_name(shown.name) or "layout"
+        path = ask_save_file(
+            self._panel, tr("Export the layout"), Path.home() / f"{name}.toml", tr(_FILES)
+        )
+        if path is None:
+            return
+        try:
+            save_layout(path, rename_layout(shown, shown.name, self._charts.view.window))
+        except OSError as error:
+            show_warning(self._panel, tr("Export the layout"), str(error))
 
     def _delete(self, name: str) -> None:
         if name in self._layouts.names:
