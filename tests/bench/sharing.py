@@ -2,7 +2,8 @@
 
 250 messages a second for SECONDS (60), recorded by a process of its own, first without clients and
 then with eight: MAVProxy, pymavlink over TCP and over UDP, a second recorder that joins after a
-third of the time, three sockets, and one that never reads. MAVProxy is installed as for ``peers``.
+third of the time, three sockets, and one that never reads. Last, MAVProxy shares the same flight
+with eight UDP ports. MAVProxy is installed as for ``peers``.
 """
 
 import os
@@ -129,6 +130,70 @@ def main(seconds: str = "60", *_: str) -> None:
         recorder.stop()
         tell_recorded(recorded, sent, share)
         fly_shared(folder, environment, port, span, sent)
+        fly_mavproxy(folder, environment, port, span, sent)
+
+
+def start_mavproxy(
+    folder: Path, environment: dict[str, str], *links: str
+) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [
+            sys.executable, str(folder / "site/bin/mavproxy.py"), *links,
+            "--daemon", "--non-interactive", f"--state-basedir={folder}",
+            f"--logfile={folder / 'proxy.tlog'}", "--streamrate=-1", "--default-modules=",
+        ],
+        cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def stop_mavproxy(proxy: subprocess.Popen[bytes]) -> None:
+    proxy.send_signal(signal.SIGINT)
+    try:
+        proxy.wait(timeout=10)
+    except subprocess.TimeoutExpired:
+        proxy.kill()
+
+
+class PortClient(threading.Thread):
+    """Counts the messages that come to a UDP port until none came for a while."""
+
+    def __init__(self, known: set[bytes]) -> None:
+        super().__init__(daemon=True)
+        self.count, self._known = 0, known
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self._socket.settimeout(10.0)
+        self.port = self._socket.getsockname()[1]
+
+    def run(self) -> None:
+        while True:
+            try:
+                self.count += self._socket.recv(65536) in self._known
+            except TimeoutError:
+                return
+
+
+def fly_mavproxy(
+    folder: Path, environment: dict[str, str], port: int, span: float, sent: list[bytes]
+) -> None:
+    print("shared by MAVProxy with eight UDP ports")
+    clients = [PortClient(set(sent)) for _ in range(8)]
+    outs = (f"--out=udpout:127.0.0.1:{client.port}" for client in clients)
+    proxy = start_mavproxy(folder, environment, f"--master=udpin:127.0.0.1:{port}", *outs)
+    time.sleep(5.0)  # until it listens
+    for client in clients:
+        client.start()
+    with sending(__file__, port, span) as sender:
+        time.sleep(2.0)
+        begin, used = time.monotonic(), cpu_seconds(proxy.pid)
+        time.sleep(span - 4.0)
+        share = (cpu_seconds(proxy.pid) - used) / (time.monotonic() - begin)
+        sender.wait()
+    for client in clients:
+        client.join()
+    stop_mavproxy(proxy)
+    print(f"  messages received: {', '.join(f'{client.count:,}' for client in clients)}")
+    print(f"  CPU of MAVProxy: {100 * share:.1f} % of a core")
 
 
 def fly_shared(
@@ -144,15 +209,7 @@ def fly_shared(
     stuck = socket.socket()
     stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     stuck.connect(("127.0.0.1", tcp))
-    proxy = subprocess.Popen(
-        [
-            sys.executable, str(folder / "site/bin/mavproxy.py"),
-            f"--master=tcp:127.0.0.1:{tcp}", "--daemon", "--non-interactive",
-            f"--state-basedir={folder}", f"--logfile={folder / 'proxy.tlog'}",
-            "--streamrate=-1", "--default-modules=",
-        ],
-        cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+    proxy = start_mavproxy(folder, environment, f"--master=tcp:127.0.0.1:{tcp}")
     by_tcp = PymavlinkClient(f"tcp:127.0.0.1:{tcp}", len(sent))
     by_udp = PymavlinkClient(f"udpin:127.0.0.1:{udp}", len(sent))
     sockets = [SocketClient(tcp) for _ in range(3)]
@@ -167,11 +224,7 @@ def fly_shared(
     copied = wait_until_recorded(folder / "copy", len(sent))
     time.sleep(2.0)
     status = recorder.status()
-    proxy.send_signal(signal.SIGINT)
-    try:
-        proxy.wait(timeout=10)
-    except subprocess.TimeoutExpired:
-        proxy.kill()
+    stop_mavproxy(proxy)
     for client in (by_tcp, by_udp):
         client.join(timeout=40.0)
     recorder.stop()
