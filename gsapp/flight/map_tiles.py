@@ -65,16 +65,21 @@ class MapTiles:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        if not path.is_file():
+            raise self._problem("file", "is missing, or is no file", "choose another map")
         with self._query() as connection:
             content = dict(connection.execute("SELECT name, value FROM metadata LIMIT 1000"))
-            zooms = connection.execute(
-                "SELECT DISTINCT zoom_level FROM tiles WHERE zoom_level BETWEEN 0 AND ?",
-                (_MAX_ZOOM,),
-            ).fetchall()
+            # One by one: the index that tiles have finds the first of a level without the others.
+            self._zooms = [
+                zoom
+                for zoom in range(_MAX_ZOOM + 1)
+                if connection.execute(
+                    "SELECT 1 FROM tiles WHERE zoom_level = ? LIMIT 1", (zoom,)
+                ).fetchone()
+            ]
         self.picture_format = str(content.get("format", "png")).lower()
         self.attribution = re.sub(r"<[^>]*>", "", str(content.get("attribution", "")))[:200]
         """Whom the map is by: to be shown with it."""
-        self._zooms = sorted(int(zoom) for (zoom,) in zooms)
         if self.picture_format not in PICTURE_FORMATS:
             raise self._problem(
                 "metadata.format",

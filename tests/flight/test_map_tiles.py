@@ -1,5 +1,6 @@
 """Map tiles: their places on the ground, the zoom level of a view, files that are damaged."""
 
+import os
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -121,6 +122,13 @@ def test_a_view_that_never_ends_is_refused(tmp_path: Path) -> None:
         )
     with pytest.raises(FileProblemsError):
         MapTiles(path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="elsewhere there are no pipes in folders")
+def test_a_pipe_is_no_map(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "map.mbtiles")
+    with pytest.raises(FileProblemsError):
+        MapTiles(tmp_path / "map.mbtiles")
 
 
 def test_no_file_at_all(tmp_path: Path) -> None:

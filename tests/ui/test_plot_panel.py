@@ -13,10 +13,12 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gsapp.flight.flight_import import import_flight
+from gsapp.flight.map_tiles import MapTile, MapTiles
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
 from gsapp.quantities.constants import EARTH_RADIUS
 from tests.ui.window_kit import until
+from ui.flight.map_background import decode_tile
 from ui.main_window import MainWindow
 from ui.widgets.analysis_plot import PlotCurve
 
@@ -111,6 +113,23 @@ def test_the_track_of_a_circle_closes(opened: MainWindow, qtbot: QtBot) -> None:
         (high[1] - high[0]) / area.height(), rel=0.02
     )
     assert opened.view.plot.note.isVisible()
+
+
+@pytest.mark.parametrize(("side", "is_shown"), [(1024, True), (1025, False)])
+def test_a_picture_larger_than_a_tile_is_not_unpacked(
+    tmp_path: Path, side: int, is_shown: bool
+) -> None:
+    picture, buffer = QImage(side, side, QImage.Format.Format_RGB32), QBuffer()
+    picture.fill(QColor("red"))
+    picture.save(buffer, "PNG")
+    with closing(sqlite3.connect(tmp_path / "map.mbtiles")) as connection:
+        connection.execute("CREATE TABLE metadata (name text, value text)")
+        connection.execute("CREATE TABLE tiles (zoom_level integer)")
+        connection.execute("INSERT INTO tiles VALUES (0)")
+        connection.commit()
+    tile = MapTile(zoom=0, column=0, row=0, picture=bytes(buffer.data().data()))
+    image = decode_tile(tile, MapTiles(tmp_path / "map.mbtiles"))
+    assert image.isNull() != is_shown
 
 
 def test_the_track_lies_on_a_map(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:

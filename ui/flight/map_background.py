@@ -19,21 +19,15 @@ _MARGIN = 0.25  # Of the view, beyond each of its sides: the aircraft moves.
 
 
 class MapBackground(QObject):
-    """The tiles over what a plot of north over east shows.
-
-    Raises
-    ------
-    FileProblemsError
-        If the file holds no map tiles.
-    """
+    """The tiles over what a plot of north over east shows."""
 
     loaded = Signal()  # Other tiles can be shown.
 
     def __init__(self, path: Path, parent: QObject) -> None:
         super().__init__(parent)
-        self.path = path
-        self.tiles = MapTiles(path)
-        self.error = ""
+        self._path = path
+        self._tiles: MapTiles | None = None  # Opened by the first job.
+        self.note = ""  # Whom the map is by, or why there is none.
         self._wanted: tuple[object, ...] = ()
         self._loaded: Sequence[tuple[MapTile, QImage]] = ()
         self._job: BackgroundJob | None = None
@@ -54,26 +48,28 @@ class MapBackground(QObject):
         area = origin.area(west - across, south - along, east + across, north + along)
         known = {(one.zoom, one.column, one.row): image for one, image in self._loaded}
 
-        def work(_progress: JobProgress) -> list[tuple[MapTile, QImage]]:
+        def work(_progress: JobProgress) -> tuple[MapTiles, list[tuple[MapTile, QImage]]]:
+            tiles = self._tiles or MapTiles(self._path)
             decoded = [
-                (tile, known.get((tile.zoom, tile.column, tile.row)) or _decode(tile, self.tiles))
-                for tile in self.tiles.tiles_over(area, pixel)
+                (one, known.get((one.zoom, one.column, one.row)) or decode_tile(one, tiles))
+                for one in tiles.tiles_over(area, pixel)
             ]
-            return [(tile, image) for tile, image in decoded if not image.isNull()]
+            return tiles, [(tile, image) for tile, image in decoded if not image.isNull()]
 
-        self._job = BackgroundJob("map tiles", work, self)
+        self._job = BackgroundJob("map tiles", work, self, may_hang=True)
         self._job.done.connect(self._take)
         self._job.failed.connect(self._fail)
         self._job.start()
 
-    def _take(self, loaded: Sequence[tuple[MapTile, QImage]]) -> None:
-        self._loaded, self.error = loaded, ""
+    def _take(self, read: tuple[MapTiles, Sequence[tuple[MapTile, QImage]]]) -> None:
+        self._tiles, self._loaded = read
+        self.note = self._tiles.attribution
         self.loaded.emit()
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, (GroundStationError, OSError)):
             raise error
-        self._loaded, self.error = (), str(error)
+        self._loaded, self.note = (), str(error)
         self.loaded.emit()
 
     def pictures(self, origin: GroundOrigin, unit: float) -> list[PlotPicture]:
@@ -85,7 +81,7 @@ class MapBackground(QObject):
         return found
 
 
-def _decode(tile: MapTile, tiles: MapTiles) -> QImage:
+def decode_tile(tile: MapTile, tiles: MapTiles) -> QImage:
     """Return the picture of a tile; a null one if it is damaged or larger than a tile."""
     buffer = QBuffer()
     buffer.setData(QByteArray(tile.picture))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QPushButton, QVBoxLayout, QWidget
 
-from gsapp.foundation import GroundStationError
 from gsapp.quantities import channel, to_si
 from ui.disk_checks import nearest_folder
 from ui.display_style import DisplayStyle
@@ -160,19 +159,14 @@ class PlotPanel(QWidget):
         if self._map is None:
             from ui.flight.map_background import MapBackground  # as above
 
-            try:
-                self._map = MapBackground(Path(self._map_path), self)
-            except (GroundStationError, OSError) as error:
-                plot.show_pictures(())
-                self._add_note(str(error))
-                return
+            self._map = MapBackground(Path(self._map_path), self)
             self._map.loaded.connect(self._redraw)
         unit = float(to_si(1.0, channel("north").display_unit(self._style.units), "length"))
         west, south, east, north = (unit * edge for edge in plot.edges)
         pixel = (east - west) / max(plot.plot.width(), 1)
         self._map.request(origin, (west, south, east, north), pixel)
         plot.show_pictures(self._map.pictures(origin, unit))
-        self._add_note(self._map.error or self._map.tiles.attribution)
+        self._add_note(self._map.note)
 
     def _add_note(self, text: str) -> None:
         self.note.setText(" ".join(filter(None, (self.note.text(), text))))
