@@ -351,16 +351,16 @@ AIRFRAMES: Mapping[str, tuple[str, ...]] = {
     ),
     "Concorde": (
         "aero.CA.alpha2", "aero.CA.beta2", "aero.CA.de2", "aero.CN.alpha2", "aero.Cm.alphadot",
-        "aero.Cm.memory", "aero.CY.alpha_beta",
+        "aero.Cm.memory", "aero.CY.alpha_beta", "aero.Cn.alpha_beta",
     ),
 }  # fmt: skip
 """JSBSim's own aircraft: effects of the catalog that its model has, beside kinks that have no name.
 
 Read off their files: drag by |beta| and |elevator|, lift, drag and moment by the flap, damping by
 alpha'; their lift and drag are of wind axes, and bend axial and normal force over alpha, and side
-force over alpha beta. The single's elevator works with the square of u, not of V,
-which its trim shows over beta^2. A jet trainer, a light single, and a delta without a tail whose
-elevons trim and steer."""
+force over alpha beta: with it yawing moment, where the Concorde's forces act. The single's
+elevator works with the square of u, not of V, which its trim shows over beta^2. A jet trainer, a
+light single, and a delta without a tail whose elevons trim and steer."""
 _AIRFRAME_SIZES: tuple[tuple[str, float], ...] = (
     ("aero.Cm.alpha2", -2.5),
     ("aero.Cn.beta3", 2.5),

@@ -165,7 +165,8 @@ class Engine:
         for effect, size in sizes.items():
             self.fdm[place_of(effect)] = size
 
-    def _begin(self, mass: float, state: Sequence[float], controls: Sequence[float]) -> None:
+    def begin(self, mass: float, state: Sequence[float], controls: Sequence[float]) -> None:
+        """Set mass (kg), state (V, alpha, beta, p, q, r, phi, theta; SI) and `CONTROLS`."""
         fdm = self.fdm
         fuel = mass - (self.aircraft.mass.mass - self.aircraft.mass.fuel)
         fdm["inertia/pointmass-weight-lbs"] = fuel * 9.80665 / POUND
@@ -207,7 +208,7 @@ class Engine:
 
         def rest(x: FloatArray) -> FloatArray:
             state, controls = unpack(x)
-            self._begin(condition.mass, state, controls)
+            self.begin(condition.mass, state, controls)
             return np.array([node.get_double_value() for node in self._accelerations])
 
         x = np.array([0.08, 0.0, -0.02, 0.0, 0.0, 0.4 if level else 0.0])
@@ -230,7 +231,7 @@ class Engine:
     def look(
         self, mass: float, state: Sequence[float], controls: Sequence[float]
     ) -> tuple[FloatArray, dict[str, FloatArray]]:
-        self._begin(mass, state, controls)
+        self.begin(mass, state, controls)
         rates = np.array([node.get_double_value() for node in self._accelerations])
         rates[:3] *= FOOT
         return rates, self._table([[node.get_double_value() for node in self._recorded]], controls)
@@ -281,7 +282,7 @@ class Engine:
             attitude, air, V, alpha, beta, controls, time.
         """
         fdm = self.fdm
-        self._begin(mass, state, controls[0])
+        self.begin(mass, state, controls[0])
         ahead = round(SETTLING * STEPS_PER_SECOND)
         north = east = down = [0.0] * len(controls)
         if gusts is not None:
