@@ -293,6 +293,15 @@ def catalog(path: Path) -> None:
         search_verdicts(opened)
 
 
+def map_tiles(path: Path) -> None:
+    from gsapp.flight.map_tiles import GroundArea, MapTiles
+    from ui.flight.map_background import decode_tile
+
+    opened = MapTiles(path)
+    for tile in opened.tiles_over(GroundArea(south=0.0, west=0.0, north=0.01, east=0.01), 300.0):
+        decode_tile(tile, opened)
+
+
 def events(path: Path) -> None:
     from gsapp.flight.events import read_events, sort_events
 
@@ -372,6 +381,7 @@ READERS: dict[str, tuple[str, Callable[[Path], None], tuple[Mutation, ...]]] = {
     "events": ("events.jsonl", events, TEXT),
     "journal": ("journal.jsonl", journal, TEXT),
     "catalog": ("campaign.sqlite", catalog, (*BINARY, near_start, tokens)),
+    "map tiles": ("map.mbtiles", map_tiles, (*BINARY, near_start, tokens)),
     "cache": ("engineering.npz", cached, (*BINARY, members, members)),
 }  # fmt: skip
 
@@ -381,6 +391,8 @@ READERS: dict[str, tuple[str, Callable[[Path], None], tuple[Mutation, ...]]] = {
 
 def make_inputs(folder: Path) -> None:
     """Write one good file for each reader, as the program writes it."""
+    from PySide6.QtCore import QBuffer
+    from PySide6.QtGui import QImage
     from scipy.io import savemat
 
     from gsapp.aircraft import load_aircraft
@@ -391,6 +403,7 @@ def make_inputs(folder: Path) -> None:
     from gsapp.flight.maneuvers import detect_maneuvers
     from gsapp.flight.writers import write_block
     from tests.flight.test_dataflash import as_text, flight_log
+    from tests.flight.test_map_tiles import write_tiles
     from tests.flight.test_ulog import short_log
     from ui.settings import SettingsStore
 
@@ -448,6 +461,15 @@ def make_inputs(folder: Path) -> None:
     with Catalog(folder / "campaign.sqlite") as opened:
         store_maneuvers(opened, whole, detect_maneuvers(whole, load_aircraft("b777")))
     store_cached(folder, "key", _decoded(whole, block))
+    picture, buffer = QImage(32, 32, QImage.Format.Format_RGB32), QBuffer()
+    picture.fill(0)
+    picture.save(buffer, "PNG")
+    data = bytes(buffer.data().data())
+    write_tiles(
+        folder / "map.mbtiles",
+        [(8, column, row, data) for column in (128, 129) for row in (128, 129)],
+        format="png",
+    )
     missing = [name for name, _, _ in READERS.values() if not (folder / name).is_file()]
     if missing:
         raise FileNotFoundError(f"no input was made for {', '.join(missing)}")
