@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from gsapp.api.estimation import discrepancy, estimate, report
+    from gsapp.api.fleet import changes, trend
     from gsapp.api.flights import export, fly, maneuvers, open  # noqa: A004  as PIL.Image.open
     from gsapp.api.instruments import calibrate, compatibility
 
@@ -33,6 +34,7 @@ for _name in (
 __all__ = [
     "__version__",
     "calibrate",
+    "changes",
     "compatibility",
     "discrepancy",
     "estimate",
@@ -41,9 +43,11 @@ __all__ = [
     "maneuvers",
     "open",
     "report",
+    "trend",
 ]
 _MODULES = {
     "calibrate": "gsapp.api.instruments",
+    "changes": "gsapp.api.fleet",
     "compatibility": "gsapp.api.instruments",
     "discrepancy": "gsapp.api.estimation",
     "estimate": "gsapp.api.estimation",
@@ -52,6 +56,7 @@ _MODULES = {
     "maneuvers": "gsapp.api.flights",
     "open": "gsapp.api.flights",
     "report": "gsapp.api.estimation",
+    "trend": "gsapp.api.fleet",
 }
 """Where each function is defined."""
 

@@ -17,6 +17,7 @@ _WRITTEN = {
     "onboard": "--onboard",
     "report": "--report",
     "dataset": "--dataset",
+    "figure": "--figure",
 }
 """The parameters of all commands that name what is written, with their options."""
 _SCREEN = "-"

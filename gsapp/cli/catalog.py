@@ -1,4 +1,4 @@
-"""``gsapp catalog``: search the maneuvers of a campaign and what was estimated from them."""
+"""``gsapp catalog``: search a campaign or a fleet, and ask it for groups, trends and changes."""
 
 from __future__ import annotations
 
@@ -20,6 +20,13 @@ def catalog(
     file: Annotated[
         Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
     ],
+    what: Annotated[
+        Literal["maneuvers", "groups", "trend", "changes"], typer.Argument(help="Question")
+    ] = "maneuvers",
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="NAME", help="Derivatives, or errors of instruments: alpha.bias"),
+    ] = None,
     flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
     aircraft: Annotated[str | None, typer.Option(help="Of this aircraft")] = None,
     airframe: Annotated[
@@ -57,6 +64,31 @@ def catalog(
         int | None,
         typer.Option(min=1, help="Maneuvers at most; by default all, of which 100 are printed"),
     ] = None,
+    by: Annotated[
+        str,
+        typer.Option(
+            metavar="KEY",
+            help="Groups of values: airframe, aircraft, flight, inputs, kind, grade, year, month",
+        ),
+    ] = "airframe",
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CONDITION",
+            help="Condition of the trend: a channel, mach, reynolds, wing_loading or date; of "
+            "changes, one whose trend is taken out first; repeatable",
+        ),
+    ] = None,
+    method: Annotated[
+        Literal["ml", "fem", "ee", "ftr"] | None,
+        typer.Option(help="Values of this method; by default that of most values"),
+    ] = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False, metavar="FILE", help="Draw the trend or the changes: .png, .pdf, .svg"
+        ),
+    ] = None,
     csv: Annotated[
         Path | None,
         typer.Option(readable=False, metavar="FILE", help="Write the result as a table"),
@@ -64,13 +96,26 @@ def catalog(
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
-    """Search the maneuvers and estimates of a campaign.
+    """Search a campaign or a fleet: maneuvers, groups, trends, changes.
+
+    maneuvers: those that fit. groups: how many there are of each airframe, aircraft, month ..., and
+    the mean of the values named. trend: a value against conditions, with random effects between
+    airframes. changes: steps and drifts of values over time, with dates; all values by default.
+
+    A derivative that a maneuver did not earn is unknown and counts nowhere.
 
     Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
 
     Example: gsapp catalog campaign.sqlite --airframe "SN 3" --since 2026-05 --derivative Cm_alpha
+
+    Example: gsapp catalog fleet.sqlite groups Cm_alpha Cm_de --by month
+
+    Example: gsapp catalog fleet.sqlite trend Cm_alpha --against mach --by airframe --figure t.png
+
+    Example: gsapp catalog fleet.sqlite changes Cm_de Cn_dr alpha.bias --since 2026
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
+    from gsapp.cli._fleet import FleetQuestion, answer_fleet_question
     from gsapp.cli._usage_errors import as_usage_error, check_is_catalog
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
@@ -87,6 +132,11 @@ def catalog(
     from gsapp.quantities import channel
 
     check_is_catalog(file, "gsapp maneuvers --catalog makes one")
+    question = FleetQuestion(
+        what=what, names=tuple(names or ()), by=by, against=tuple(against or ()),
+        method=method or "", figure=figure,
+    )  # fmt: skip
+    question.check()
     console = PlainConsole(stderr=is_stdout(json))
     with as_usage_error():
         conditions = dict(_condition(text) for text in where or ())
@@ -100,6 +150,9 @@ def catalog(
     )  # fmt: skip
     with Catalog(file) as store:
         _check_name(file, "flight", flight, list_flights(store))
+        if what != "maneuvers":
+            answer_fleet_question(console, store, wanted, question, json)
+            return
         _check_name(file, "estimate of", derivative, {*list_estimated(store), *derivative_names()})
         row_ids = find_maneuvers(store, wanted)
         only_printed = json is None and csv is None

@@ -106,6 +106,7 @@ def test_each_sample_at_its_own_time(tmp_path):
 
 PARAMETERS = {
     "gsapp.calibrate": "points channel out degree excitation travel who temperature former",
+    "gsapp.changes": "catalog names by against method units wanted",
     "gsapp.compatibility": "flights error units settings",
     "gsapp.discrepancy": "flights out units settings",
     "gsapp.estimate": "flights units settings",
@@ -114,6 +115,7 @@ PARAMETERS = {
     "gsapp.maneuvers": "flight units settings",
     "gsapp.open": "path aircraft channel_map calibration native raw",
     "gsapp.report": "flights out validate units dated settings",
+    "gsapp.trend": "catalog name against by method units wanted",
     "Flight.to_dataframe": "self channels units",
     "Flight.to_numpy": "self channels units",
     "Flight.to_xarray": "self channels units",

@@ -24,10 +24,9 @@ NOT_DELETED: Final = """(r.kept IS NULL
 """Of the rows of `runs`: those that were not forgotten with the run they belong to."""
 AIRFRAME_COLUMN: Final = "coalesce(nullif(f.airframe, ''), f.aircraft)"
 """Of the rows f of `flights`: the airframe, where none was named all of the aircraft are one."""
-STANDING_MANEUVERS: Final = """maneuvers m JOIN flights f ON f.id = m.flight
-    JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)
-    WHERE m.stands = 1"""
-"""The maneuvers m that were not replaced, of flights f, with their latest grades g."""
+MANEUVER_TABLES: Final = """maneuvers m JOIN flights f ON f.id = m.flight
+    JOIN grades g ON g.id = (SELECT max(id) FROM grades WHERE maneuver = m.id)"""
+"""The maneuvers m of flights f with their latest grades g."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +49,10 @@ class ManeuverFilter:
     text: str | None = None  # Occurs in the note, whatever the case.
 
     def where(self) -> tuple[str, list[Any]]:
-        """Return an SQL condition on flights f, maneuvers m and grades g, and its values."""
+        """Return an SQL condition on `MANEUVER_TABLES`, and its values.
+
+        Maneuvers that were replaced do not fit.
+        """
         if self.worst_grade not in GRADES:
             raise FlightError(
                 f"there is no grade '{self.worst_grade}'; grades are {', '.join(GRADES)}"
@@ -66,7 +68,7 @@ class ManeuverFilter:
                 "g.grade <= ?": self.worst_grade,
             }
         )
-        clauses = [clause]
+        clauses = ["m.stands = 1", clause]
         if self.until is not None:  # A month holds all days that begin like it.
             clauses.append("substr(f.date, 1, ?) <= ?")
             values += [len(self.until), self.until]
@@ -91,7 +93,7 @@ def find_maneuvers(catalog: Catalog, wanted: ManeuverFilter) -> list[int]:
     """Return the row ids of the maneuvers that fit, by flight and time; see `load_maneuvers`."""
     clause, values = wanted.where()
     rows = catalog.query(
-        f"SELECT m.id FROM {STANDING_MANEUVERS} AND {clause} "  # noqa: S608 - own clauses
+        f"SELECT m.id FROM {MANEUVER_TABLES} WHERE {clause} "  # noqa: S608 - own clauses
         "ORDER BY f.name, m.t_start",
         values,
     )
@@ -105,7 +107,7 @@ def load_maneuvers(catalog: Catalog, row_ids: Sequence[int]) -> tuple[StoredMane
         f"""SELECT m.id, f.name AS flight, m.record, g.grade, g.reasons, g.given_by,
             (SELECT v.result FROM verdicts v WHERE v.flight = m.flight
             AND v.t_input >= m.t_start AND v.t_input < m.t_end ORDER BY v.t_input LIMIT 1) AS said
-        FROM {STANDING_MANEUVERS} AND m.id IN (SELECT value FROM json_each(?))""",  # noqa: S608
+        FROM {MANEUVER_TABLES} WHERE m.id IN (SELECT value FROM json_each(?))""",  # noqa: S608
         (chosen,),
     )
     conditions = _conditions(catalog, chosen)

@@ -1,0 +1,1 @@
+"""Questions to a fleet: derivatives over many flights, between airframes, and over time."""
