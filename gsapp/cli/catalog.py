@@ -96,7 +96,7 @@ def catalog(
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
-    """Search a campaign or a fleet: maneuvers, groups, trends, changes.
+    """Search a campaign: maneuvers, groups, trends, changes.
 
     maneuvers: those that fit. groups: how many there are of each airframe, aircraft, month ..., and
     the mean of the values named. trend: a value against conditions, with random effects between
