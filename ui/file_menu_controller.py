@@ -36,6 +36,7 @@ from ui.recorder_controller import PendingFlight, RunningRecorder
 from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
 from ui.sharing_menu import SharingMenu
 from ui.translation import tr
+from ui.web_page.page_controller import WebPageController
 from ui.window_frame.banners import Banner, BannerStack
 from ui.window_frame.job_banner import JobBannerController
 
@@ -52,6 +53,7 @@ class FileMenuController(QObject):
         style: DisplayStyle,
         store: SettingsStore,
         banners: BannerStack,
+        page: WebPageController,
     ) -> None:
         super().__init__(window)
         self._window = window
@@ -66,7 +68,7 @@ class FileMenuController(QObject):
         self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
-        self.sharing = SharingMenu(window, controller, style, store)
+        self.sharing = SharingMenu(window, controller, style, store, banners, page)
         self.jobs = JobBannerController(banners, self)  # Shows background jobs.
         controller.job_started.connect(self.jobs.show_job)
         controller.message_posted.connect(banners.show_banner)
@@ -261,7 +263,7 @@ class FileMenuController(QObject):
     def select_recorder(self) -> None:
         """Attach to the only recorder at once; list several, or those beside an open flight.
 
-        Whom a flight that is recorded is shared with is chosen here, too.
+        Whom a flight is shared with is chosen here, too.
         """
         others = self._controller.recorders.others
         if len(others) == 1 and not self._controller.is_open:
@@ -277,7 +279,7 @@ class FileMenuController(QObject):
             )
         if not others:
             menu.addAction(tr("No other recorder is running")).setEnabled(False)
-        if self._controller.is_recording:
+        if self._controller.is_open or self.sharing.page.link:
             self.sharing.add_actions(menu)
         menu.popup(QCursor.pos())
 

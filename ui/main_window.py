@@ -42,6 +42,7 @@ from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.start_page import RecentFlights, StartPage
 from ui.translation import tr
 from ui.voice.voice import Voice
+from ui.web_page.page_controller import WebPageController
 from ui.widgets.action_button import ActionButton
 from ui.widgets.flow_layout import arrange
 from ui.widgets.layout_widgets import PageScrollArea, PageStack
@@ -142,8 +143,15 @@ class MainWindow(QMainWindow):
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
         self.flight_page = FlightPage(StartPage(self.display_style), self.view)
+        self.web_page = WebPageController(
+            lambda: self.flight_controller.session,
+            lambda: self.view.charts.strip_layout.strips,
+            lambda: self.display_style.units,
+            error_reporter,
+            self,
+        )
         self.file_menu = FileMenuController(
-            self, self.flight_controller, self.display_style, store, self.banners
+            self, self.flight_controller, self.display_style, store, self.banners, self.web_page
         )
         self.help_menu = HelpMenuController(
             self, self.display_style, store, self.banners, error_reporter
@@ -256,6 +264,7 @@ class MainWindow(QMainWindow):
         self.view.show_requested.connect(lambda: self.show_page("flight"))
         self.flight_controller.frame_requested.connect(self.view.advance)
         self.flight_controller.refreshed.connect(self._refresh)
+        self.web_page.changed.connect(self._refresh)
         self.gap_page.show_requested.connect(lambda: self.show_page("gap"))
         self.gap_page.changed.connect(self._enable)
         for page in (self.gap_page, self.view.estimates.search):
@@ -377,7 +386,9 @@ class MainWindow(QMainWindow):
         controller, units = self.flight_controller, self.display_style.units
         others = tuple(found.name for found in controller.recorders.others)
         state = (controller.session, controller.snapshot, others, units)
-        return session_status_items(*state, muted=self.store.current.muted)
+        return session_status_items(
+            *state, muted=self.store.current.muted, page_url=self.web_page.url
+        )
 
     def _refresh(self) -> None:
         if self.flight_controller.is_open:
@@ -502,6 +513,7 @@ class MainWindow(QMainWindow):
         geometry = bytes(self.saveGeometry().toHex().data()).decode("ascii")
         self.store.change(geometry=geometry)
         self.file_menu.jobs.stop_jobs()
+        self.web_page.stop()
         self.gap_page.close_search()
         self.review_page.close_work()
         self.preflight_page.flush()

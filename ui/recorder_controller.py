@@ -274,6 +274,8 @@ class RecorderController(QObject):
         """Share the open flight with these addresses alone; say which of them cannot be used."""
         recorder = self.current
         if recorder is None:
+            text = tr("Not shared: {why}").format(why=tr("this flight is not being recorded."))
+            self.message_posted.emit("caution", text)
             return
 
         def ask(_progress: JobProgress) -> list[str]:

@@ -57,8 +57,10 @@ class Settings(StrictModel):
     calibration: str = "b777"
     listen_only: bool = False  # Whether a recording sends nothing.
     signing_key: str = ""  # Path of the key file of MAVLink signatures; the key is in no setting.
-    # LINK texts that a flight was shared with last, newest first.
-    shares: tuple[str, ...] = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5770")
+    # Addresses that a flight was shared with last, newest first.
+    shares: tuple[str, ...] = (
+        "http:0.0.0.0:8080", "udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5770",
+    )  # fmt: skip
     share_open: bool = False  # Whether other computers receive it without a key.
     share_key: str = ""  # Path of the key that they need; empty for the signing key.
     # Name of the layout on screen; the layouts themselves are files beside this one.

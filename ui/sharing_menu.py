@@ -1,14 +1,15 @@
-"""Whom a flight that is being recorded is shared with: switches in the menu of the REC tile."""
+"""Whom a flight is shared with: switches in the menu of the REC tile."""
 
 from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
 
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QWidget
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.link_registry import kind_of, parse_link
+from gsapp.telemetry.link_registry import kind_of
 from gsapp.telemetry.recorder_status import ShareStatus
 from gsapp.telemetry.recording_settings import RecordingSettings
 from gsapp.telemetry.stream_server import ShareRequest, share_address
@@ -19,6 +20,9 @@ from ui.flight_controller import FlightController
 from ui.number_format import count_text
 from ui.settings import Settings, SettingsStore
 from ui.translation import tr
+from ui.web_page.page_controller import WebPageController
+from ui.web_page.page_link import is_page_link, parse_page_link
+from ui.window_frame.banners import BannerStack
 
 
 class ShareDialog(FormDialog):
@@ -29,7 +33,7 @@ class ShareDialog(FormDialog):
     ) -> None:
         super().__init__(
             tr("Share the flight"),
-            tr("Passes on what is received, one way: what the other program sends is dropped."),
+            tr("One way: what other programs and browsers send is dropped."),
             tr("Share"),
             style,
             parent,
@@ -53,10 +57,11 @@ class ShareDialog(FormDialog):
         return self.edit.text().strip()
 
     def _validate(self) -> None:
-        text, state = tr("Write udpout:HOST:PORT or tcpin:HOST:PORT."), ""
+        text = tr("Write udpout:HOST:PORT or tcpin:HOST:PORT; http:HOST:PORT for browsers.")
+        state = ""
         if self.link:
             try:
-                text, state = _title(str(share_address(self.link))), "good"
+                text, state = _title(self.link), "good"
             except LinkError as error:
                 text, state = str(error), "warning"
         self._message.set_message(text, state)
@@ -72,7 +77,11 @@ class SharingMenu:
         controller: FlightController,
         style: DisplayStyle,
         store: SettingsStore,
+        banners: BannerStack,
+        page: WebPageController,
     ) -> None:
+        self._banners = banners
+        self.page = page  # For phones and tablets.
         self._window = window
         self._controller = controller
         self._style = style
@@ -87,8 +96,13 @@ class SharingMenu:
     def add_actions(self, menu: QMenu) -> None:
         """Add a switch for each address, and one line for others."""
         menu.addSeparator()
+        links = dict.fromkeys((*self._store.current.shares, self.page.link))
+        for link in filter(is_page_link, links):
+            self._add_page(menu, link)
         shared = {share.link: share for share in self._shares}
         for link in dict.fromkeys((*shared, *self._store.current.shares)):
+            if is_page_link(link) or not self._controller.is_recording:
+                continue
             share = shared.get(link)
             title = _title(link)
             if share is not None and share.link.partition(":")[0] == "tcpin":
@@ -98,6 +112,21 @@ class SharingMenu:
             action.setChecked(share is not None and not share.error)
             action.toggled.connect(partial(self._switch, link))
         menu.addAction(tr("Share with another address…"), self.ask_address)
+
+    def _add_page(self, menu: QMenu, link: str) -> None:
+        is_shown = link == self.page.link
+        title = _title(link)
+        if is_shown:
+            title = f"{title} ({count_text(self.page.client_count, 'client')})"
+        action = menu.addAction(title)
+        action.setCheckable(True)
+        action.setChecked(is_shown)
+        action.toggled.connect(partial(self._switch, link))
+        if is_shown:
+            menu.addAction(tr("Copy {url}").format(url=self.page.url), self._copy_page_url)
+
+    def _copy_page_url(self) -> None:
+        QGuiApplication.clipboard().setText(self.page.url)
 
     def ask_address(self) -> None:
         """Ask for an address, and share the flight with it, too."""
@@ -112,6 +141,9 @@ class SharingMenu:
             self._switch(dialog.link, True)
 
     def _switch(self, link: str, shares: bool) -> None:
+        if is_page_link(link):
+            self._switch_page(link, shares)
+            return
         links = [share.link for share in self._shares if share.link != link and not share.error]
         settings = self._store.current
         request = ShareRequest(
@@ -120,10 +152,25 @@ class SharingMenu:
         )  # fmt: skip
         self._controller.recorders.share(request)
 
+    def _switch_page(self, link: str, shows: bool) -> None:
+        self.page.stop()
+        if not shows:
+            return
+        try:
+            self.page.start(link, is_open=self._store.current.share_open)
+        except LinkError as error:
+            self._banners.show_banner("caution", tr("Not shared: {why}").format(why=error))
+            return
+        text = tr("In a browser, on a phone or tablet, type {url}").format(url=self.page.url)
+        self._banners.show_banner("note", text, (tr("Copy"), self._copy_page_url))
+
 
 def _title(link: str) -> str:
-    """Return what sharing with an address does."""
-    address = parse_link(link)
+    """Return what sharing with an address does; raise LinkError if it is none."""
+    if is_page_link(link):
+        page = parse_page_link(link)
+        return tr("Show in browsers: port {port} of {host}").format(port=page.port, host=page.host)
+    address = share_address(link)
     location = kind_of(address).location(address)
     if address.kind == "tcpin":
         return tr("Share: other programs connect to {location}").format(location=location)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +36,17 @@ def replay(
             "when; headless",
         ),
     ] = False,
+    share: Annotated[
+        str | None,
+        typer.Option(
+            metavar="http:HOST:PORT",
+            help="Show the pilot's page and strips in browsers; headless, at speed 1. A flight "
+            "that is being recorded is followed to its end",
+        ),
+    ] = None,
+    share_open: Annotated[
+        bool, typer.Option("--share-open", help="Other computers need no key for the page")
+    ] = False,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     channel_map: str | None = None,
@@ -47,13 +60,15 @@ def replay(
     """
     from gsapp.cli._console import PlainConsole, is_stdout
     from gsapp.cli._flight_text import print_aircraft_warnings
-    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.cli._usage_errors import CommandUsageError, as_usage_error
     from gsapp.session.feeds import parse_speed
 
     in_window = not headless and json is None
-    speed = speed or ("1" if in_window else "max")
+    speed = speed or ("1" if in_window or share is not None else "max")
     with as_usage_error():
         times = parse_speed(speed)
+    if share is not None and in_window:
+        raise CommandUsageError("--share needs --headless; the window shares by its REC tile")
     if in_window:
         from gsapp.flight.flight_loader import check_flight_exists
         from ui.app import run_window
@@ -66,26 +81,65 @@ def replay(
 
     from gsapp.session.live_estimation.fit_workers import InlineFitWorker
     from gsapp.session.live_estimation.live_search import run_search_request
-    from gsapp.session.replay_runner import run_replay
+    from gsapp.session.replay_runner import follow_recording, run_replay
     from gsapp.session.session import Session
+    from gsapp.telemetry.recorder_control import find_recorder
 
     console = PlainConsole(stderr=is_stdout(json))
-    session = Session.replay(
-        flight,
-        channel_map=channel_map,
-        certificates=calibration,
-        speed=times,
-        workers=InlineFitWorker(),
-        search_worker=InlineFitWorker(run_search_request) if search else None,
-    )
+    is_live = share is not None and flight.is_dir() and find_recorder(flight) is not None
+    workers = InlineFitWorker()
+    search_worker = InlineFitWorker(run_search_request) if search else None
+    session = (
+        Session.follow(
+            flight, channel_map=channel_map, certificates=calibration, workers=workers,
+            search_worker=search_worker,
+        )
+        if is_live
+        else Session.replay(
+            flight, channel_map=channel_map, certificates=calibration, speed=times,
+            workers=workers, search_worker=search_worker,
+        )
+    )  # fmt: skip
     try:
         print_aircraft_warnings(console, [session.aircraft])
-        with console.progress(TaskProgressColumn(), TimeRemainingColumn()) as progress:
-            task = progress.add_task(f"replaying {session.name}", total=1.0)
-            run_replay(session, lambda share: progress.update(task, completed=share))
+        with _shared_page(session, share, share_open, console) as publish:
+            if is_live:
+                follow_recording(session, publish)
+            else:
+                with console.progress(TaskProgressColumn(), TimeRemainingColumn()) as progress:
+                    task = progress.add_task(f"replaying {session.name}", total=1.0)
+
+                    def tell(done: float) -> None:
+                        progress.update(task, completed=done)
+                        publish()
+
+                    run_replay(session, tell)
         print_summary(session, console, json)
     finally:
         session.close()
+
+
+@contextmanager
+def _shared_page(
+    session: Session, link: str | None, is_open: bool, console: PlainConsole
+) -> Iterator[Callable[[], None]]:
+    """Serve the page of a session; yields what is to be called again and again meanwhile."""
+    if link is None:
+        yield lambda: None
+        return
+    # The only command that shows what the window shows.
+    from ui.web_page.page_frame import PageFrameBuilder
+    from ui.web_page.page_publisher import PagePublisher
+    from ui.web_page.page_server import PageServer
+
+    session.crew_cues.set_units(DISPLAY_UNITS.get())
+    builder = PageFrameBuilder(lambda: session, units=DISPLAY_UNITS.get)
+    server = PageServer(link, is_open=is_open)
+    try:
+        console.print(f"Page for browsers: {server.url}", soft_wrap=True)
+        yield PagePublisher(server, builder).publish_due
+    finally:
+        server.close()
 
 
 def print_summary(session: Session, console: PlainConsole, json: Path | None) -> None:

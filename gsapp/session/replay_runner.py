@@ -10,6 +10,8 @@ from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, FlightReadSettings
 from gsapp.session.feeds import UNLIMITED_SPEED, ReplayFeed
 from gsapp.session.session import Session
 
+_STEP, _PAUSE = 0.1, 0.01  # s of work at most, and between two steps that wait for the clock
+
 
 def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None) -> None:
     """Play a replay to its end, as fast as it goes or at its speed."""
@@ -17,14 +19,26 @@ def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None)
     if feed is None:
         raise ValueError("only a replay has an end")
     while True:
-        session.update(0.1)
+        session.update(_STEP)
         if feed.complete and (feed.now is None or (feed.at_end and feed.caught_up)):
             break
         tell(_share(feed))
         if feed.speed != UNLIMITED_SPEED:
-            time.sleep(0.01)
+            time.sleep(_PAUSE)
     session.finish()
     tell(1.0)
+
+
+def follow_recording(session: Session, tell: Callable[[], object]) -> None:
+    """Watch a flight that is being recorded until its recorder stops, or is no more."""
+    equipment = session.equipment
+    if equipment is None:
+        raise ValueError("only a live flight has a recorder")
+    while equipment.recorder.state not in ("stopped", "dead") or not session.feed.caught_up:
+        session.update(_STEP)
+        tell()
+        time.sleep(_PAUSE)
+    session.finish()
 
 
 def _share(feed: ReplayFeed) -> float:

@@ -52,6 +52,11 @@ NO_SHARES: Final = ShareRequest()
 
 def share_address(link: str) -> LinkAddress:
     """Return the address of a LINK; raise LinkError if it cannot be shared with."""
+    if link.strip().startswith("http:"):
+        raise LinkError(
+            f"'{link}': a recorder decodes nothing and has no page for browsers; the window has "
+            "one, and gsapp replay FLIGHT --headless --share"
+        )
     address = parse_link(link)
     if address.kind not in ("tcpin", "udpout"):
         raise LinkError(

@@ -17,65 +17,69 @@ from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
-    from ui.flight_controller import FlightController
+    from gsapp.session import Session
 
 
 class FlightCues:
-    """What the pilot's page knows of the open flight."""
+    """What the pilot's page knows of the open flight.
+
+    `session`: returns the flight; None where none is open.
+    """
 
     def __init__(
-        self, controller: FlightController, clock: Callable[[], float] = time.monotonic
+        self, session: Callable[[], Session | None], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._controller = controller
+        self._get_session = session
         self._clock = clock
         self._seen: float | None = None
         self._data_clock = clock()
 
     @property
     def is_open(self) -> bool:
-        return self._controller.is_open
+        return self._get_session() is not None
 
     def snapshot(self) -> CueSnapshot | None:
         """Return the cues; None without a flight, or where it gives none."""
-        session = self._controller.session
+        session = self._get_session()
         return None if session is None else session.cues
 
     def monitored_fraction(self) -> float:
         """Return how much of the flight so far the cues have seen, 0 to 1; else they are past."""
-        session = self._controller.session
+        session = self._get_session()
         return 1.0 if session is None else session.monitored_fraction
 
     def seconds_without_data(self) -> float | None:
         """Return for how many seconds nothing came of a live flight; None while it comes."""
-        now, newest = self._clock(), self._controller.time
+        session = self._get_session()
+        now, newest = self._clock(), None if session is None else session.now
         if newest != self._seen:
             self._seen, self._data_clock = newest, now
-        live = self._controller.is_open and not self._controller.is_replay
+        live = session is not None and session.replay_feed is None
         passed = now - self._data_clock
         return passed if live and newest is not None and passed > DISPLAY.max_cue_age else None
 
     def spoken_cues(self) -> Sequence[Announcement]:
-        session = self._controller.session
+        session = self._get_session()
         return () if session is None else session.crew_cues.spoken
 
     @property
     def cards(self) -> CardSet | None:
-        session = self._controller.session
+        session = self._get_session()
         return None if session is None else session.crew_cues.cards
 
     def debrief(self) -> Debrief | None:
         """Return every input judged so far; None without a flight, or where it gives no cues."""
-        session = self._controller.session
+        session = self._get_session()
         return None if session is None else session.crew_cues.debrief()
 
     def set_units(self, units: str) -> None:
-        if self._controller.session is not None:
-            self._controller.session.crew_cues.set_units(units)
+        if (session := self._get_session()) is not None:
+            session.crew_cues.set_units(units)
 
     def select_card(self, card_id: str) -> None:
         """Have a card flown until it is done; an empty one lets the program choose."""
-        if self._controller.session is not None:
-            self._controller.session.crew_cues.select_card(card_id)
+        if (session := self._get_session()) is not None:
+            session.crew_cues.select_card(card_id)
 
 
 class CardBrowser:

@@ -136,7 +136,7 @@ class PilotPage(WindowPage):
     ) -> None:
         super().__init__(tr("Pilot"), actions, style, store)
         self._controller = controller
-        self.cues = FlightCues(controller)
+        self.cues = FlightCues(lambda: controller.session)
         self.state = PilotPageState(self.cues)
         self.speech = FlightSpeech(voice)
         self.training = TrainingFlight(controller)

@@ -89,6 +89,7 @@ class StatusBarData:
     # What a replay is read with in place of the flight's own certificates; empty for its own.
     other_calibration: str = ""
     alarms: AlarmSummary = field(default_factory=AlarmSummary)  # Alarms.
+    page_url: str = ""  # Where browsers show the flight; empty for nowhere.
     muted: bool = False  # Whether the sound is off.
     # How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
     read_share: float = 1.0
@@ -100,7 +101,7 @@ def create_status_items(facts: StatusBarData) -> tuple[StatusItem, ...]:
     return (
         _flight(facts),
         _link(facts),
-        _recorder(facts),
+        _with_page(_recorder(facts), facts.page_url),
         _aircraft(facts),
         _calibration(facts),
         _sound(facts),
@@ -214,6 +215,14 @@ def _link(facts: StatusBarData) -> StatusItem:
             )
         ).strip(),
     )
+
+
+def _with_page(item: StatusItem, url: str) -> StatusItem:
+    if not url:
+        return item
+    shared = tr("  SHARED")
+    detail = tr("{detail} Shown in browsers: {url}").format(detail=item.detail, url=url)
+    return replace(item, title=item.title.removesuffix(shared) + shared, detail=detail)
 
 
 def _recorder(facts: StatusBarData) -> StatusItem:
@@ -417,9 +426,10 @@ def session_status_items(
     units: str,
     *,
     muted: bool,
+    page_url: str = "",
 ) -> tuple[StatusItem, ...]:
     """Return the parts of the bar, of a session or without one."""
     data = StatusBarData(muted=muted)
     if session is not None and snapshot is not None:
         data = status_bar_data(session, snapshot, units, muted=muted)
-    return create_status_items(replace(data, others=others))
+    return create_status_items(replace(data, others=others, page_url=page_url))
