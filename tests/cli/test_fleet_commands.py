@@ -13,9 +13,11 @@ from gsapp.flight.catalog import (
     EstimationRun,
     ManeuverFilter,
     StoredEstimate,
+    store_instrument_errors,
     store_run,
 )
 from gsapp.identification.fleet.fleet_values import select_fleet_values
+from gsapp.quantities.constants import DEGREE
 from tests.cli.command_kit import gsapp as command
 from tests.identification.fleet_kit import CENTER, FIRST_DAY, SLOPE, VALUE, make_fleet, store_fleet
 
@@ -77,6 +79,39 @@ def test_a_step_of_one_airframe_is_found_and_dated(catalog: Path, tmp_path: Path
     assert one["earliest"] <= day <= one["latest"]
     assert one["size"] == pytest.approx(STEP, abs=4.0 * one["size_std"])
     assert b"<svg" in figure.read_bytes()
+
+
+def test_a_vane_that_drifts_is_found(tmp_path: Path) -> None:
+    """By 0.5 deg a year from the middle on, with a bound of 0.05 deg a flight."""
+    path = tmp_path / "fleet.sqlite"
+    dates = store_fleet(path, make_fleet(21, airframes=2, flights=60, maneuvers=1))
+    random = np.random.default_rng(21)
+    onset = FIRST_DAY + timedelta(days=300)
+    bound = 0.05 * DEGREE
+    with Catalog(path) as store:
+        for flight, date in dates.items():
+            years = max((date - onset) / timedelta(days=365.25), 0.0)
+            drift = 0.5 * DEGREE * years if flight.startswith("SN 1") else 0.0
+            value = drift + bound * random.standard_normal()
+            errors = {
+                "alpha.bias": (value, bound, "estimated"),
+                "beta.bias": (None, None, "unknown"),
+            }
+            store_instrument_errors(store, flight, errors)
+    found = result_of(path, "changes", "alpha.bias")["series"]
+    assert [one["kind"] for one in found] == ["none", "drift"]
+    drift = found[1]
+    assert drift["unit"] == "rad"
+    assert drift["earliest"] <= f"{onset:%Y-%m-%d}" <= drift["latest"]
+    assert drift["size"] == pytest.approx(0.5 * DEGREE, abs=4.0 * drift["size_std"])
+    shown = gsapp.changes(path, "alpha.bias").tables["changes"].columns
+    assert shown["unit"] == ["deg", "deg"]
+    assert shown["size"][1] == pytest.approx(drift["size"] / DEGREE)
+    # What is unknown in all flights is no series.
+    assert {one["name"] for one in result_of(path, "changes")["series"]} == {
+        "Cm_alpha",
+        "alpha.bias",
+    }
 
 
 def test_groups_count_and_average(catalog: Path) -> None:

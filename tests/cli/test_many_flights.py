@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.flight.catalog import Catalog, ManeuverFilter
 from gsapp.flight.writers import write_block
+from gsapp.identification.fleet.fleet_values import select_fleet_values
 from gsapp.virtual.virtual_flight import VirtualFlight
 from tests.cli.command_kit import busy_worker, gsapp
 
@@ -43,6 +45,31 @@ def test_the_json_is_the_same_to_the_last_bit(
         pytest.importorskip("distributed", reason="Dask is not installed (extra dask)")
     here = result_of(command, flights, tmp_path / "here.json")
     assert result_of(command, flights, tmp_path / "there.json", "--on", address) == here
+
+
+def test_the_instruments_of_each_flight_are_stored(flights: list[Path], tmp_path: Path) -> None:
+    """Alone, each has the errors of a check of that flight; a flight that fails is named."""
+    broken = tmp_path / "broken.csv"
+    broken.write_text("nothing\n")
+    catalog, out = tmp_path / "c.sqlite", tmp_path / "each.json"
+    words = (flights[0], broken, flights[1], "--catalog", catalog, "--json", out)
+    done = gsapp("compatibility", *words, "--on", "local:2")
+    assert done.returncode == 1
+    first, failed, second = json.loads(out.read_text())
+    assert (first["flight"], second["flight"]) == ("flight5", "flight6")
+    assert "failure" in failed
+    alone = json.loads(result_of("compatibility", flights[:1], tmp_path / "alone.json"))
+    assert first["parameters"] == alone["parameters"]
+    with Catalog(catalog) as store:
+        found = select_fleet_values(store, "alpha.bias", ManeuverFilter())
+        assert [one.flight for one in found.values] == ["flight5", "flight6"]
+        bias = second["parameters"]["alpha.bias"]
+        assert (found.values[1].value, found.values[1].std) == (bias["value"], bias["std"])
+        # The flights have their maneuvers, so that conditions select them.
+        fast = ManeuverFilter(conditions={"V": (500.0, None)})
+        assert select_fleet_values(store, "alpha.bias", fast).values == ()
+    assert gsapp("compatibility", *words).returncode == 1
+    assert json.loads(out.read_text())[0] == first
 
 
 def test_maneuvers_of_several_flights_name_each_and_the_one_that_fails(

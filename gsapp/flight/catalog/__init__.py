@@ -16,6 +16,7 @@ from gsapp.flight.catalog.entries import (
     store_entry,
     store_flight,
     store_grade,
+    store_instrument_errors,
     store_maneuvers,
 )
 from gsapp.flight.catalog.queries import (
@@ -72,6 +73,7 @@ __all__ = [
     "store_entry",
     "store_flight",
     "store_grade",
+    "store_instrument_errors",
     "store_maneuvers",
     "store_model",
     "store_run",

@@ -117,6 +117,21 @@ def store_grade(
         _grade(connection, maneuver_row_id(connection, flight, name), grade, reasons, by)
 
 
+def store_instrument_errors(
+    catalog: Catalog, flight: str, errors: Mapping[str, tuple[float | None, float | None, str]]
+) -> None:
+    """Store value and bound (SI) and status of the errors of a flight's instruments, by name.
+
+    They take the place of all that were stored of this flight. See `store_flight`.
+    """
+    with catalog.transaction() as connection:
+        number = flight_row_id(connection, flight)
+        connection.execute("DELETE FROM instrument_errors WHERE flight = ?", (number,))
+        for name, (value, std, status) in errors.items():
+            values = {"value": value, "std": std, "status": status}
+            insert_row(connection, "instrument_errors", {"flight": number, "name": name, **values})
+
+
 def _flight(connection: sqlite3.Connection, flight: FlightEntry) -> int:
     info = flight.info or FlightInfo()
     known = ("airframe", "takeoff_weight", "landing_weight", "fuel", "notes", "pilot_comments")
