@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from gsapp.cli._commands import MANEUVER_SETTINGS, takes_settings
-from gsapp.cli._options import FileUnits, FlightPath, JsonFile, Units
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, On, Units, open_workers
 
 if TYPE_CHECKING:
     from gsapp.cli._console import PlainConsole
@@ -22,8 +23,8 @@ _NO_LOG = "This flight has no on-board log; give one with --log or fetch it with
 
 @takes_settings(MANEUVER_SETTINGS, "channel_map")
 def import_(
-    file: Annotated[
-        Path,
+    files: Annotated[
+        list[Path],
         typer.Argument(
             metavar="FILE",
             readable=False,
@@ -31,18 +32,26 @@ def import_(
         ),
     ],
     out: Annotated[
-        Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
+        Path,
+        typer.Option(
+            readable=False,
+            metavar="FLIGHT",
+            help="Flight folder to write; of several files, the folder for their flight folders",
+        ),
     ],
+    on: On = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     channel_map: str | None = None,
 ) -> None:
-    """Make a flight folder from the log of another program.
+    """Make flight folders from the logs of another program.
 
-    A .mat file with a structure or matrix for each of several flights becomes a folder of flight
-    folders.
+    Of several files each becomes a flight folder of its name. A .mat file with a structure or
+    matrix for each of several flights becomes a folder of flight folders.
 
     Example: gsapp import 00000042.BIN --map ardupilot-log --out flights/other
+
+    Example: gsapp import logs/*.BIN --map ardupilot-log --out flights --on local
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._flight_text import print_flight, print_flights
@@ -50,6 +59,10 @@ def import_(
     from gsapp.flight.summary import summarize_flight
 
     console = PlainConsole(stderr=is_stdout(json))
+    if len(files) > 1:
+        _import_each(console, files, out, channel_map, on, json)
+        return
+    (file,) = files
     with console.status(f"reading {file.name}"):
         several, remarks = import_flights(file, out, channel_map=channel_map)
         flight = import_flight(file, out, channel_map=channel_map) if not several else several[0]
@@ -64,6 +77,72 @@ def import_(
         print_flight(console, flight)
         console.print(f"written to {out}", soft_wrap=True)
     write_json(json, {"flight": str(out), **summarize_flight(flight)})
+
+
+_Imported = list[dict[str, Any]] | str
+"""What a program reads of the flights of a file; why it could not be imported, in words."""
+
+
+def _import_each(
+    console: PlainConsole,
+    files: Sequence[Path],
+    out: Path,
+    channel_map: str | None,
+    on: str | None,
+    json: Path | None,
+) -> None:
+    """Make a flight folder of each file in a folder; those that fail are named."""
+    from gsapp.cli._console import is_stdout, write_json
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.foundation import FlightError
+    from gsapp.foundation.executors import WorkerLostError, map_tasks
+
+    names = [file.stem for file in files]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise CommandUsageError(
+            f"two files are called '{twice}', and would have one folder; import them apart"
+        )
+    if out.exists() and not out.is_dir():
+        raise FlightError(f"{out} is a file; name a folder for the flights")
+    with open_workers(on) as pool, console.status("reading") as status:
+
+        def paths() -> Iterator[Path]:
+            for number, file in enumerate(files, start=1):
+                status.update(f"reading {file.name} ({number} of {len(files)})")
+                yield file
+
+        found = map_tasks(pool, partial(_import_one, out, channel_map), paths())
+        results = [str(one) if isinstance(one, WorkerLostError) else one for one in found]
+    table = console.create_table("", ("flight", "s", "channels"), right=("s",))
+    content: list[dict[str, Any]] = []
+    for file, result in zip(files, results, strict=True):
+        own = [{"file": str(file), "failure": result}] if isinstance(result, str) else result
+        content += own
+        for one in () if isinstance(result, str) else own:
+            table.add_row(one["flight"], f"{one['duration']:z.1f}", ", ".join(one["channels"]))
+    if not is_stdout(json):
+        console.print(table)
+    failed = [(file, one) for file, one in zip(files, results, strict=True) if isinstance(one, str)]
+    for file, text in failed:
+        console.print_sentence(f"{file.name}: {text}", "bold red")
+    write_json(json, {"flights": content, "remarks": []})
+    if failed:
+        raise FlightError(f"{len(failed)} of {len(files)} files could not be imported")
+
+
+def _import_one(out: Path, channel_map: str | None, file: Path) -> _Imported:
+    from gsapp.flight.flight_import import import_flight, import_flights
+    from gsapp.flight.summary import summarize_flight
+    from gsapp.foundation import GroundStationError
+
+    place = out / file.stem
+    try:
+        several, _ = import_flights(file, place, channel_map=channel_map)
+        flights = several or (import_flight(file, place, channel_map=channel_map),)
+        return [{"flight": str(one.path), **summarize_flight(one)} for one in flights]
+    except GroundStationError as error:
+        return str(error)
 
 
 @takes_settings(MANEUVER_SETTINGS, "channel_map", "calibration", "aircraft")

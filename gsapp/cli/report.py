@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gsapp.cli._commands import ESTIMATE_SETTINGS, takes_settings
-from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, Units
+from gsapp.cli._options import DISPLAY_UNITS, Dated, JsonFile, On, Units, open_workers
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignProgressCallback
@@ -47,6 +47,7 @@ def report(
             help="Flight to validate linear models on; repeatable; default: the last",
         ),
     ] = None,
+    on: On = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     dated: Dated = True,
     json: JsonFile = None,
@@ -59,6 +60,8 @@ def report(
     Example: gsapp report flights/e --aircraft b777 --out "flight E.pdf"
 
     Example: gsapp report flights --model b777 --out results
+
+    Example: gsapp report flights --on local --out campaign.html
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
     from gsapp.cli._usage_errors import as_usage_error, check_distinct_flights, check_windows
@@ -88,7 +91,7 @@ def report(
     def work(
         doing: StatusCallback, step: CampaignProgressCallback
     ) -> tuple[RunOutcome, tuple[Path, ...]]:
-        outcome = estimate(request, flights=flight_cache, doing=doing, progress=step)
+        outcome = estimate(request, flights=flight_cache, doing=doing, progress=step, pool=pool)
         check_fitted(outcome)
         linear = None
         if validate:
@@ -100,7 +103,8 @@ def report(
         )  # fmt: skip
         return outcome, written
 
-    outcome, written = console.run_with_progress_bar(work)
+    with open_workers(on) as pool:
+        outcome, written = console.run_with_progress_bar(work)
     if json is not None:
         content = outcome_json(outcome) | {"written": [str(one) for one in written]}
         write_json(json, content)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from gsapp.flight.catalog import Catalog, ManeuverFilter
+from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.writers import write_block
 from gsapp.identification.fleet.fleet_values import select_fleet_values
 from gsapp.virtual.virtual_flight import VirtualFlight
@@ -45,6 +46,43 @@ def test_the_json_is_the_same_to_the_last_bit(
         pytest.importorskip("distributed", reason="Dask is not installed (extra dask)")
     here = result_of(command, flights, tmp_path / "here.json")
     assert result_of(command, flights, tmp_path / "there.json", "--on", address) == here
+
+
+def test_several_logs_become_flight_folders(flights: list[Path], tmp_path: Path) -> None:
+    """Each under its name, or named as failed; the same on workers as here."""
+    broken = tmp_path / "broken.csv"
+    broken.write_text("nothing\n")
+    found = {}
+    for name, options in (("here", ()), ("there", ("--on", "local:2"))):
+        out = tmp_path / name
+        result = tmp_path / f"{name}.json"
+        done = gsapp("import", *flights, broken, "--out", out, "--json", result, *options)
+        assert done.returncode == 1
+        assert sorted(one.name for one in out.iterdir()) == ["flight5", "flight6"]
+        assert load_flight(out / "flight6").duration == load_flight(flights[1]).duration
+        found[name] = json.loads(result.read_text())["flights"]
+        assert [one.pop("flight", None) for one in found[name]] == [
+            str(out / "flight5"), str(out / "flight6"), None,
+        ]  # fmt: skip
+    assert found["here"] == found["there"]
+    assert "failure" in found["here"][2]
+    again = gsapp("import", *flights, "--out", tmp_path / "here")
+    assert again.returncode == 1  # they are taken
+    alike = tmp_path / "other" / flights[0].name
+    alike.parent.mkdir()
+    alike.write_bytes(flights[0].read_bytes())
+    assert gsapp("import", flights[0], alike, "--out", tmp_path / "x").returncode == 2
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_report_is_the_same_to_the_last_byte(flights: list[Path], tmp_path: Path) -> None:
+    written = []
+    for name, options in (("here", ()), ("there", ("--on", "local:2"))):
+        out = tmp_path / f"{name}.html"
+        words = (*flights, "--axis", "lon", "--no-date", "--out", out)
+        assert gsapp("report", *words, *options).returncode == 0
+        written.append(out.read_bytes())
+    assert written[0] == written[1]
 
 
 def test_the_instruments_of_each_flight_are_stored(flights: list[Path], tmp_path: Path) -> None:

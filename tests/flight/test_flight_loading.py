@@ -341,7 +341,7 @@ def test_onboard_log_of_another_flight_is_left_out(tmp_path):
 def test_import_of_a_tlog_keeps_every_byte(tmp_path, capsys):
     source = tmp_path / "box.tlog"
     source.write_bytes(box_tlog())
-    import_(file=source, out=tmp_path / "flights" / "one")
+    import_(files=[source], out=tmp_path / "flights" / "one")
     assert "written to" in capsys.readouterr().out
     folder = FlightFolder.open(tmp_path / "flights" / "one")
     assert folder.tlog_file.read_bytes() == source.read_bytes()
@@ -428,7 +428,7 @@ def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path
     flight = load_flight(box_folder.path)
     assert written["rows"] == len(flight.block)
     assert {name: written[name] for name in summarize_flight(flight)} == summarize_flight(flight)
-    import_(file=table, out=tmp_path / "new", json=tmp_path / "import.json")
+    import_(files=[table], out=tmp_path / "new", json=tmp_path / "import.json")
     assert "written to" in capsys.readouterr().out
     imported = json.loads((tmp_path / "import.json").read_text(encoding="utf-8"))
     assert imported["flight"] == str(tmp_path / "new")
