@@ -2,13 +2,14 @@
 
 import copy
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block, base_id, channel
-from gsapp.quantities.stored_block import StoredBlock
+from gsapp.quantities.stored_block import StoredBlock, block_in_file
 
 
 def block() -> Block:
@@ -97,3 +98,36 @@ def test_a_block_in_a_file_gives_the_same_samples() -> None:
             assert [type(one) for one in again] == [StoredBlock, Block, Block, Block]
             with pytest.raises(UnknownNameError):
                 found["q"]
+            for start, stop in ((1.0, 4.0), (-1.0, 99.0), (2.5, 2.6)):
+                part, right = found.between(start, stop), block.between(start, stop)
+                assert np.array_equal(part.times, right.times)
+                assert np.array_equal(part.values, right.values)
+                # Sums and products of a matrix depend on its order in the last bit.
+                assert part.values.flags.c_contiguous == right.values.flags.c_contiguous
+
+
+def test_threads_read_blocks_of_one_file() -> None:
+    """Each reads its own samples, whoever else moves in the file."""
+    with tempfile.TemporaryFile(buffering=0) as file:
+        blocks = [
+            StoredBlock(
+                Block(
+                    channels=("V",), times=np.arange(2000.0), values=np.full((2000, 1), float(k))
+                ),
+                file,
+            )
+            for k in range(4)
+        ]
+
+        def is_own(k: int) -> bool:
+            return all(bool((blocks[k]["V"] == k).all()) for _ in range(300))
+
+        with ThreadPoolExecutor(4) as threads:
+            assert all(threads.map(is_own, range(4)))
+
+
+def test_a_block_stays_in_memory_where_no_file_can_be_made(monkeypatch) -> None:
+    block = Block(channels=("V",), times=np.arange(3.0), values=np.ones((3, 1)))
+    assert isinstance(block_in_file(block), StoredBlock)
+    monkeypatch.setattr(tempfile, "TemporaryFile", lambda **_: open("/absent/file"))  # noqa: SIM115, PTH123
+    assert block_in_file(block) is block

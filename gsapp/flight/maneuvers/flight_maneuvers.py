@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -142,9 +143,16 @@ class ManeuverAssessor:
         self._flight = flight
         self._scale = time_scale_of(aircraft)
         self._setting = GradingContext(aircraft=aircraft, noise=noise, time_scale=self._scale)
-        self._times = flight.block.times / self._scale
-        self._rows = extract_signals(flight.block)
         self._verdicts = read_recorded_verdicts(flight)
+
+    @cached_property
+    def _times(self) -> FloatArray:
+        return self._flight.block.times / self._scale
+
+    @cached_property
+    def _rows(self) -> FloatArray:
+        """Return the signals of the flight; most flights are never assessed again."""
+        return extract_signals(self._flight.block)
 
     def apply_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
         return apply_verdicts(found, self._verdicts)

@@ -44,6 +44,7 @@ from gsapp.identification.runs.request import RunRequest, SelectedManeuver
 from gsapp.identification.weights import SHIPPED_WEIGHTS as WEIGHTS
 from gsapp.identification.weights import Weights, load_weights
 from gsapp.quantities import Block
+from gsapp.quantities.stored_block import block_in_file
 
 _MAX_FLIGHTS: Final = 40
 """Flights that a window keeps open. Ten minutes of one take some 12 MB."""
@@ -83,7 +84,7 @@ class _CacheEntry:
 
 
 class FlightCache:
-    """Keeps opened flights as long as their files stay as they are.
+    """Keeps opened flights as long as their files stay as they are; several, with samples in files.
 
     Not for several threads at once.
 
@@ -151,7 +152,7 @@ class FlightCache:
         if known is None or known.stamps != stamps:
             if doing is not None:
                 doing(f"reading {opening.path.name}")
-            known = _open_entry(opening, stamps)
+            known = _open_entry(opening, stamps, in_file=self._max_flights > 1)
         # The last one used stands last.
         self._entries[opening] = known
         while len(self._entries) > self._max_flights:
@@ -159,7 +160,7 @@ class FlightCache:
         return known
 
 
-def _open_entry(opening: FlightOpenRequest, stamps: FileStamps) -> _CacheEntry:
+def _open_entry(opening: FlightOpenRequest, stamps: FileStamps, *, in_file: bool) -> _CacheEntry:
     path = opening.path
     opened = open_flight(
         path,
@@ -173,6 +174,9 @@ def _open_entry(opening: FlightOpenRequest, stamps: FileStamps) -> _CacheEntry:
         raise FlightError(
             f"{path} cannot be read ({error.strerror or error}); check the path and permissions"
         ) from error
+    if in_file:
+        flight = replace(opened.flight, block=block_in_file(opened.flight.block))
+        opened = replace(opened, flight=flight)
     return _CacheEntry(stamps=stamps, flight=CachedFlight(opened=opened, file=file))
 
 

@@ -25,6 +25,7 @@ from gsapp.flight.maneuvers import (
 )
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import open_flight
+from gsapp.quantities.stored_block import block_in_file
 from gsapp.session.monitor_settings import MONITORS
 
 
@@ -360,7 +361,7 @@ def open_reviewed_flight(
         doing(f"looking for maneuvers in {path.name}")
     found = collect_maneuvers(opened.flight, opened.aircraft, as_found=True)
     return ReviewedFlight(
-        opened.flight,
+        replace(opened.flight, block=block_in_file(opened.flight.block)),
         opened.aircraft,
         found,
         (*opened.remarks, *found.remarks),

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,11 @@ from gsapp.aircraft import load_aircraft
 from gsapp.cli.maneuvers import maneuvers
 from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
 from gsapp.flight.flight_import import import_flight
+from gsapp.flight.maneuvers import FlightManeuvers, collect_maneuvers
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.maneuver import open_flights_with_maneuvers
+from gsapp.quantities.stored_block import StoredBlock
 from gsapp.session.review import (
     Review,
     ReviewedFlight,
@@ -36,6 +39,25 @@ def flight(record: Path, tmp_path: Path) -> ReviewedFlight:
 @pytest.fixture(scope="module")
 def unchanged(record: Path) -> ReviewedFlight:
     return open_reviewed_flight(record)
+
+
+def test_samples_of_flights_under_review_lie_in_files(tmp_path: Path) -> None:
+    """Memory does not grow with the flights; grades of new stretches are those in memory."""
+    path = tmp_path / "flight.csv"
+    write_block(path, make_flight(EVERYTHING, seconds=125.0).block, "csv")
+    flight = open_reviewed_flight(path, aircraft="b777")
+    block = flight.flight.block
+    assert isinstance(block, StoredBlock)
+    whole = ReviewedFlight(
+        replace(flight.flight, block=block.in_memory()), flight.aircraft, detect(flight)
+    )
+    first = flight.maneuvers[0]
+    start, stop = first.t_start + 0.5, first.t_end + 1.0
+    assert flight.grade_segment("x", start, stop) == whole.grade_segment("x", start, stop)
+
+
+def detect(flight: ReviewedFlight) -> FlightManeuvers:
+    return collect_maneuvers(flight.flight, flight.aircraft, as_found=True)
 
 
 def test_a_correction_stands_for_every_command(flight, tmp_path):
