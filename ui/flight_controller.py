@@ -65,6 +65,7 @@ class FlightController(QObject):
         self._finished = False
         self._problem = ""
         self._remarked = False
+        self._are_notes_announced = False
         self._is_address_announced = False
         self._back_to: float | None = None
         self.recorders = RecorderController(lambda: self.session, error_reporter, self)
@@ -217,6 +218,7 @@ class FlightController(QObject):
         self.recorders.aircraft = aircraft
         self.recorders.is_stop_requested = False
         self._finished = self._remarked = self._is_address_announced = False
+        self._are_notes_announced = False
         self._problem = ""
         self._moved_to = self._landed_at = self._system = None
         self.poller.set_session(session)
@@ -320,7 +322,23 @@ class FlightController(QObject):
             return ""
         made = self.session.mark(text, at=at, kind="note" if kind == "note" else "mark")
         self._refresh(self.session)
+        self._announce_notes(self.session)
         return made.id
+
+    def _announce_notes(self, session: Session) -> None:
+        """Say once where marks and notes of a flight stay that another computer records."""
+        equipment = session.equipment
+        sends_notes = None if equipment is None else equipment.recorder.sends_notes
+        if self._are_notes_announced or sends_notes is None or sends_notes:
+            return
+        self._are_notes_announced = True
+        self.flight_message_posted.emit(
+            "note",
+            tr(
+                "Marks and notes made here stay on this computer: the computer that records "
+                "the flight does not take them."
+            ),
+        )
 
     def edit_mark(self, key: str, text: str) -> None:
         if self.session is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QWidget
 
 from gsapp.foundation import LinkError
+from gsapp.session.equipment_monitor import RecorderSummary
 from gsapp.telemetry.link_registry import kind_of
 from gsapp.telemetry.recorder_status import ShareStatus
 from gsapp.telemetry.recording_settings import RecordingSettings
@@ -88,10 +90,14 @@ class SharingMenu:
         self._store = store
 
     @property
-    def _shares(self) -> tuple[ShareStatus, ...]:
+    def _recorder(self) -> RecorderSummary:
         session = self._controller.session
         equipment = None if session is None else session.equipment
-        return () if equipment is None else equipment.recorder.shares
+        return RecorderSummary(state="none") if equipment is None else equipment.recorder
+
+    @property
+    def _shares(self) -> tuple[ShareStatus, ...]:
+        return self._recorder.shares
 
     def add_actions(self, menu: QMenu) -> None:
         """Add a switch for each address, and one line for others."""
@@ -112,6 +118,13 @@ class SharingMenu:
             action.setChecked(share is not None and not share.error)
             action.toggled.connect(partial(self._switch, link))
         menu.addAction(tr("Share with another address…"), self.ask_address)
+        if self._controller.is_recording:
+            notes = menu.addAction(tr("Take notes from other laptops"))
+            notes.setCheckable(True)
+            notes.setChecked(self._recorder.share_notes)
+            notes.toggled.connect(
+                lambda takes: self._share([share.link for share in self._shares], takes)
+            )
 
     def _add_page(self, menu: QMenu, link: str) -> None:
         is_shown = link == self.page.link
@@ -145,10 +158,13 @@ class SharingMenu:
             self._switch_page(link, shares)
             return
         links = [share.link for share in self._shares if share.link != link and not share.error]
+        self._share([*links, *([link] if shares else [])], self._recorder.share_notes)
+
+    def _share(self, links: Sequence[str], takes_notes: bool) -> None:
         settings = self._store.current
         request = ShareRequest(
-            links=(*links, *([link] if shares else [])), is_open=settings.share_open,
-            key_file=settings.share_key,
+            links=tuple(links), is_open=settings.share_open, key_file=settings.share_key,
+            takes_notes=takes_notes,
         )  # fmt: skip
         self._controller.recorders.share(request)
 

@@ -88,7 +88,8 @@ def record(
             link, out, heartbeat=settings.heartbeat, listen_only=settings.listen_only,
             signing_key=settings.signing_key,
             shares=ShareRequest(
-                links=settings.share, is_open=settings.share_open, key_file=settings.share_key
+                links=settings.share, is_open=settings.share_open, key_file=settings.share_key,
+                takes_notes=settings.share_notes,
             ),
             stop=stop, give_up=give_up, on_status=printer.print_news, **options,
         )  # fmt: skip

@@ -34,6 +34,12 @@ VEHICLE_EVENT: Final = "vehicle"
 CLOCK_EVENT: Final = "clock"
 """Kind of the event that tells the flight time of the system chosen, see `clock_event`."""
 
+MARK_EVENTS: Final = ("mark", "note", "edit", "delete", "undo")
+"""Kinds of the events that make marks and notes, and of those that change them."""
+
+AUTHOR_KEY: Final = "from"
+"""Among the data of a mark that was made on another computer: its name and network address."""
+
 _TIME_KEYS: Final = frozenset({"end", "time", "raised", "t_input"})
 """Flight times among the data of an event."""
 
@@ -98,6 +104,13 @@ class Event:
             host_time_us=host,
             data=data,
         )
+
+
+def mark_event_id(event: Event) -> str:
+    """Return the id of an event that makes or changes a mark; empty for other events."""
+    name = event.data.get("id")
+    valid = isinstance(name, str) and name.isalnum() and len(name) <= FLIGHT_DATA.max_id_length
+    return str(name) if valid and event.kind in MARK_EVENTS else ""
 
 
 def event_from_notice(notice: Notice) -> Event:

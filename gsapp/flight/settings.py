@@ -36,6 +36,7 @@ class FlightDataSettings:
     max_sample_rate: float = 20_000.0  # Hz: nothing on such an aircraft is faster.
     min_grid_rate: float = 0.01  # Hz, of columns.
     max_time: float = 1e11  # s: three thousand years.
+    max_id_length: int = 64  # Letters of the id of a mark.
     max_idle_rows: float = 8.0  # Rows of a file from sample to sample of its quickest channel.
     usual_values_per_record: float = 1e4  # On the grid; heartbeats alone need fewer.
     max_values_per_record: float = 1e5  # On the grid: a record about every 20 s.

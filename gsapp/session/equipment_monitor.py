@@ -72,6 +72,10 @@ class RecorderSummary:
     """Whether what was written grew since the look before."""
     shares: tuple[ShareStatus, ...] = ()
     """Whom it passes on to what it receives."""
+    share_notes: bool = False
+    """Whether the notes of those are written into the flight."""
+    sends_notes: bool | None = None
+    """Of a flight that is copied now: whether its recorder takes the notes made here; else None."""
     remarks: tuple[str, ...] = ()
     """What was found in the folder at its start, and what is wrong."""
 
@@ -313,6 +317,8 @@ class EquipmentMonitor:
             byte_rate=status.byte_rate if running else 0.0,
             growing=running and growing,
             shares=tuple(status.shares) if running else (),
+            share_notes=running and status.share_notes,
+            sends_notes=status.sends_notes if running else None,
             remarks=(*wrong, *ahead, *status.warnings, *status.notes),
         )
 

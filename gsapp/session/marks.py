@@ -17,6 +17,8 @@ from typing import Any, Final, Literal
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.sender_filter import host_of
 from gsapp.flight.events import (
+    AUTHOR_KEY,
+    MARK_EVENTS,
     Event,
     EventLog,
     clock_event,
@@ -52,6 +54,8 @@ class FlightMark:
     text: str
     host_time_us: int
     """When it was made, host time, microseconds since 1970."""
+    author: str = ""
+    """Name and network address of another computer on which it was made; empty for this one."""
 
 
 class MarkStore:
@@ -119,7 +123,7 @@ class MarkStore:
         self._waiting.clear()
         for event in placed:
             self._all.append(event)
-            if event.kind in (MARK_EVENT, NOTE_EVENT, EDIT_EVENT, DELETE_EVENT, UNDO_EVENT):
+            if event.kind in MARK_EVENTS:
                 self._events.append((self._id_of(event), event))
                 fresh = True
             else:
@@ -252,6 +256,7 @@ class MarkStore:
                     end=_number(event.data.get("end")),
                     text=event.text,
                     host_time_us=event.host_time_us,
+                    author=str(event.data.get(AUTHOR_KEY, "")),
                 )
                 continue
             target = str(event.data.get("of", ""))

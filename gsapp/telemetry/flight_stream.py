@@ -3,12 +3,14 @@
 The client speaks first, in lines: ``gsapp flight 1 STAMP COUNT NONCE``. STAMP is that of the last
 record it has (0 for none), COUNT how many with that stamp. The server answers ``gsapp flight 1
 NONCE``, the client ``PROOF``, and the server ``ok``, ``key`` (not the same signing key) or
-``other`` (it records another flight by now). Both nonces make a key of this connection out of the
-signing key, which is not sent. PROOF is its HMAC, and so is the seal of every block that follows:
-nobody without the key is sent a flight, or can put anything into it. Nothing is encrypted.
+``other`` (it records another flight by now); after ``ok notes`` the client may send notes. Both
+nonces make a key of this connection out of the signing key, which is not sent. PROOF is its HMAC,
+and so is the seal of every block that follows: nobody without the key is sent a flight, or can put
+anything into it. Nothing is encrypted.
 
 A block is its length (4 bytes, big-endian), its seal and its content: ``r`` for what was recorded
 at one stamp from one sender, ``e`` for lines of ``events.jsonl``, ``t`` for the server's time.
+What the client sends are blocks, too, sealed for this direction: a mark or note in each.
 """
 
 from __future__ import annotations
@@ -37,9 +39,13 @@ from gsapp.decoding.sender_filter import FrameOrigin
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.raw_files import STAMP_STRUCT, RawTail
 from gsapp.flight.raw_files.record_files import RawRecord
+from gsapp.telemetry.flight_notes import NoteReceiver
+from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import RecordedChunk
 
 HELLO: Final = b"gsapp flight 1 "
+TAKES_NOTES: Final = b"ok notes"
+NOTES_PURPOSE: Final = b"notes"
 MAX_LINE: Final = 200
 _LENGTH: Final = Struct(">I")
 _ITEM: Final = Struct(">cI")
@@ -55,8 +61,14 @@ _OWN_EVENTS: Final = ("alarm", "alarm-ended")
 class StreamSeal:
     """The key of one connection."""
 
-    def __init__(self, signing_key: bytes, client_nonce: bytes, server_nonce: bytes) -> None:
-        nonces = b"gsapp flight" + client_nonce + b" " + server_nonce
+    def __init__(
+        self,
+        signing_key: bytes,
+        client_nonce: bytes,
+        server_nonce: bytes,
+        purpose: bytes = b"flight",
+    ) -> None:
+        nonces = b"gsapp " + purpose + client_nonce + b" " + server_nonce
         # Hashed, since to an HMAC an empty key and one of zeros are the same.
         self._key = hmac.digest(hashlib.sha256(signing_key).digest(), nonces, "sha256")
         self._count = 0
@@ -69,6 +81,40 @@ class StreamSeal:
         self._count += 1
         return hmac.digest(self._key, b"%d %b" % (self._count, content), "sha256")[:_SEAL_BYTES]
 
+    def encode_block(self, content: bytes) -> bytes:
+        return _LENGTH.pack(len(content)) + self.next_seal(content) + content
+
+
+class BlockReader:
+    """Takes blocks out of what the other side sends."""
+
+    def __init__(self, seal: StreamSeal, max_block: int) -> None:
+        self._seal = seal
+        self._max_block = max_block
+        self._data = b""
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Return the content of each block that is whole; raise ValueError where one is altered."""
+        self._data += data
+        contents = []
+        start = 0
+        head = _LENGTH.size + _SEAL_BYTES
+        while len(self._data) >= start + head:
+            (length,) = _LENGTH.unpack_from(self._data, start)
+            if length > self._max_block:
+                raise ValueError("a block is too long")
+            end = start + head + length
+            if len(self._data) < end:
+                break
+            seal = self._data[start + _LENGTH.size : start + head]
+            content = self._data[start + head : end]
+            if not hmac.compare_digest(seal, self._seal.next_seal(content)):
+                raise ValueError("a block was altered on its way")
+            contents.append(content)
+            start = end
+        self._data = self._data[start:]
+        return contents
+
 
 def make_nonce() -> bytes:
     """Return a random word that no connection had before."""
@@ -79,9 +125,12 @@ class FlightSender:
     """The server's side of one connection.
 
     `keys` are the signing keys one of which the client must have; an empty one is for anyone.
+    `notes` takes those of the client; None takes none.
     """
 
-    def __init__(self, folder: Path, keys: Sequence[bytes]) -> None:
+    def __init__(
+        self, folder: Path, keys: Sequence[bytes], notes: NoteReceiver | None = None
+    ) -> None:
         self._folder = folder
         self._keys = keys
         self._tail = RawTail(folder)
@@ -91,6 +140,9 @@ class FlightSender:
         self._next_time_us = 0
         self._nonces = (b"", b"")
         self._seal: StreamSeal | None = None
+        self._notes = notes
+        self._note_blocks: BlockReader | None = None
+        self._waiting: deque[bytes] = deque()
 
     def answer(self, line: bytes) -> bytes:
         """Return the answer to a line of the client; raise ValueError where it is none."""
@@ -99,16 +151,37 @@ class FlightSender:
             self._after = (int(stamp), int(count))
             self._nonces = (nonce, make_nonce())
             return HELLO + self._nonces[1] + b"\n"
-        seals = [StreamSeal(key, *self._nonces) for key in self._keys if self._nonces[0]]
-        found = [seal for seal in seals if hmac.compare_digest(seal.proof(), line)]
+        seals = {key: StreamSeal(key, *self._nonces) for key in self._keys if self._nonces[0]}
+        found = [key for key, one in seals.items() if hmac.compare_digest(one.proof(), line)]
         if not found:
             return b"key\n"
         if self._after[0]:
             first = RawTail(self._folder).poll(1)
             if not first or first[0].stamp_us > self._after[0]:
                 return b"other\n"
-        self._seal = found[0]
-        return b"ok\n"
+        self._seal = seals[found[0]]
+        if self._notes is None:
+            return b"ok\n"
+        self._note_blocks = BlockReader(
+            StreamSeal(found[0], *self._nonces, NOTES_PURPOSE), TELEMETRY.max_note_block
+        )
+        return TAKES_NOTES + b"\n"
+
+    def take_notes(self, data: bytes) -> None:
+        """Take what the client sends, and write its notes at the rate that is allowed.
+
+        Raise ValueError where it is no note, FlightError where the disk refuses.
+        """
+        if self._notes is None or self._note_blocks is None:
+            return  # it reaches nobody
+        self._waiting += self._note_blocks.feed(data)
+        while self._waiting and self._notes.may_take():
+            self._notes.take(self._waiting.popleft())
+
+    @property
+    def reads_client(self) -> bool:
+        """Return whether what the client sends is to be read: not while notes wait."""
+        return not self._waiting
 
     @property
     def is_accepted(self) -> bool:
@@ -125,9 +198,7 @@ class FlightSender:
         seal = self._seal
         if seal is None:
             return b""
-        return b"".join(
-            _LENGTH.pack(len(content)) + seal.next_seal(content) + content for content in contents
-        )
+        return b"".join(map(seal.encode_block, contents))
 
     def _batches(self, records: Sequence[RawRecord]) -> Iterator[bytes]:
         stamp_after, count_after = self._after
@@ -159,41 +230,29 @@ class FlightReceiver:
     ----------
     server_us : int
         Time of the server when it sent the last block, host microseconds; 0 before the first.
+    has_events : bool
+        Whether all events of the flight so far have come.
     """
 
     def __init__(self, seal: StreamSeal, events: deque[Event]) -> None:
-        self._seal = seal
+        self._blocks = BlockReader(seal, _MAX_BLOCK)
         self._events = events
-        self._data = b""
+        self.has_events = False
         self._offset = 0  # of stray bytes
         self.server_us = 0
 
     def feed(self, data: bytes) -> list[RecordedChunk]:
         """Return what is whole; raise ValueError where it is not what the server sent."""
-        self._data += data
         chunks = []
-        start = 0
-        head = _LENGTH.size + _SEAL_BYTES
-        while len(self._data) >= start + head:
-            (length,) = _LENGTH.unpack_from(self._data, start)
-            if length > _MAX_BLOCK:
-                raise ValueError("a block is too long")
-            end = start + head + length
-            if len(self._data) < end:
-                break
-            seal = self._data[start + _LENGTH.size : start + head]
-            content = self._data[start + head : end]
-            if not hmac.compare_digest(seal, self._seal.next_seal(content)):
-                raise ValueError("a block was altered on its way")
-            start = end
+        for content in self._blocks.feed(data):
             kind, body = content[:1], content[1:]
             if kind == b"r":
                 chunks.append(self._chunk(body))
             elif kind == b"e":
                 self._events.extend(Event.from_json(json.loads(one)) for one in body.splitlines())
+                self.has_events = True
             elif kind == b"t":
                 (self.server_us,) = STAMP_STRUCT.unpack(body)
-        self._data = self._data[start:]
         return chunks
 
     def _chunk(self, body: bytes) -> RecordedChunk:

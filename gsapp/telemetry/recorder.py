@@ -28,12 +28,12 @@ from gsapp.decoding.framing import (
 )
 from gsapp.decoding.health import RADIO_MESSAGES
 from gsapp.decoding.sender_filter import FrameOrigin
-from gsapp.flight.events import EventLog, events_path, read_events
 from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
 from gsapp.foundation.errors import format_os_error
 from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.flight_notes import EventExchange
 from gsapp.telemetry.link_diagnosis import ContentSample
 from gsapp.telemetry.recorder_status import RecorderStatus, write_status
 from gsapp.telemetry.send_queue import GroundPacker, SendQueue
@@ -167,6 +167,7 @@ class Recorder:
         self._started_us = clock.now_us()
         self._first_folder = writer.folder
         self._outbox = SendQueue(writer.folder)
+        self._exchange = EventExchange(source)
         self._server = StreamServer(source.address) if server is None else server
         self._server.folder = writer.folder
         self._relocate = relocate
@@ -284,7 +285,7 @@ class Recorder:
         self.writer.close()
 
     def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
-        written = self.writer.state
+        written, request = self.writer.state, self._server.request
         rate = self._rate.update(time.monotonic(), self.received_bytes)
         free: int | None = None
         with contextlib.suppress(OSError):
@@ -315,10 +316,7 @@ class Recorder:
             unwritten_frames=written.unwritten[FRAMES_FILE],
             unwritten_lines=written.unwritten[LINES_FILE],
             error=self._error(),
-            unconfirmed=bool(
-                written.sync_error
-                and not (written.error or written.dropped_bytes or written.lost_bytes)
-            ),
+            unconfirmed=written.is_unconfirmed,
             warnings=[*_disk_warnings(free, seconds), *_signature_warnings(self._signatures)],
             notes=[*written.notes, *filter(None, (self._relocation,))],
             listen_only=self._listen_only,
@@ -327,8 +325,10 @@ class Recorder:
             signing_key="" if state == "stopped" else self._signing_key_file,
             signatures=dict(self._signatures),
             shares=self._server.status(),
-            share_open=self._server.request.is_open,
-            share_key="" if state == "stopped" else self._server.request.key_file,
+            share_open=request.is_open,
+            share_notes=request.takes_notes,
+            sends_notes=self.source.sends_notes if self.source.connected else None,
+            share_key="" if state == "stopped" else request.key_file,
             parent=os.getppid(),
             ahead_us=self.clock.correction_us + offset,
             clock_offset_us=offset,
@@ -495,7 +495,7 @@ class Recorder:
                 # The file in the folder comes last: who sees it finds the recorder everywhere.
                 write_status(self.writer.folder / STATUS_FILE, status)
             with contextlib.suppress(OSError, FlightError):
-                _copy_events(self.source, self.writer.folder)
+                self._exchange.update(self.writer.folder)
             if self._written.wait(TELEMETRY.status_interval):
                 return
             if time.monotonic() >= next_sync:
@@ -510,17 +510,6 @@ def _disk_warnings(free: int | None, seconds: float | None) -> list[str]:
         return []
     lasts = f", enough for about {seconds / 60.0:.0f} minutes" if seconds is not None else ""
     return [f"The disk has only {free / 1e6:.0f} MB left{lasts}; free disk space."]
-
-
-def _copy_events(source: LinkSource, folder: Path) -> None:
-    """Write the marks and notes of another recorder that are not here yet."""
-    if source.events:
-        path = events_path(folder)
-        known = read_events(path).events
-        while source.events:
-            if source.events[0] not in known:
-                EventLog(path).append(source.events[0])
-            source.events.popleft()  # written: where that fails it is tried again
 
 
 def _signature_warnings(signatures: Mapping[str, int]) -> list[str]:

@@ -156,8 +156,9 @@ def restart_recorder(folder: Path | str) -> RecorderHandle:
         # A port that is in use by now ends no recording.
         with contextlib.suppress(FlightError):
             request = ShareRequest(
-                links=links, is_open=status.share_open, key_file=status.share_key
-            )
+                links=links, is_open=status.share_open, key_file=status.share_key,
+                takes_notes=status.share_notes,
+            )  # fmt: skip
             request_shares(place, request)
     return started
 

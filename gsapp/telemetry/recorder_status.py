@@ -103,6 +103,9 @@ class RecorderStatus(BaseModel):
     shares: list[ShareStatus] = []  # Whom it passes on to what it receives.
     share_open: bool = False  # Whether anyone on a network may receive it, without a key.
     share_key: str = ""  # Path of the key that others need, if not the signing key; as that.
+    share_notes: bool = False  # Whether the notes of others are written into the flight.
+    sends_notes: bool | None = None
+    """Of a flight that is copied now: whether its recorder takes the notes made here; else None."""
     parent: int = 0
     """The process that started it; on Windows the launcher of a virtual environment."""
     ahead_us: int = 0

@@ -66,6 +66,13 @@ class RecordingSettings(SettingsModel):
         False, QT_TR_NOOP("Share without a key"),
         QT_TR_NOOP("Share with a network without a key: anyone on it can receive the flight."),
         option="--share-open")
+    share_notes: bool = setting(
+        False, QT_TR_NOOP("Take notes"),
+        QT_TR_NOOP(
+            "Write marks and notes of the laptops that copy the flight into its events, with the "
+            "name of the laptop."
+        ),
+        option="--share-notes")
     speed: float | None = setting(
         None, QT_TR_NOOP("Speed"),
         QT_TR_NOOP("Times real time, where LINK is a FLIGHT."),

@@ -1,7 +1,8 @@
 """What a recorder receives, passed on to other programs and computers; one way.
 
 A thread of its own serves all of them fifty times a second. What a client sends is read and
-dropped: it reaches nobody. A client that does not take what it is sent is dropped, too; the
+dropped: it reaches nobody, but for notes of one that copies the flight, where that is asked for. A
+client that does not take what it is sent is dropped, too; the
 recorder never waits for one.
 """
 
@@ -24,7 +25,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from gsapp.decoding.framing import MavlinkFrame, Residue, TextLine
 from gsapp.flight.atomic_files import write_flight_file
 from gsapp.flight.file_names import SHARE_FILE
-from gsapp.foundation import LinkError
+from gsapp.foundation import FlightError, LinkError
+from gsapp.telemetry.flight_notes import NoteReceiver
 from gsapp.telemetry.flight_stream import HELLO, MAX_LINE, FlightSender
 from gsapp.telemetry.link_kinds import LinkAddress
 from gsapp.telemetry.link_registry import parse_link
@@ -45,6 +47,7 @@ class ShareRequest(BaseModel):
     links: tuple[str, ...] = ()  # LINKs of the kinds ``tcpin`` and ``udpout``.
     is_open: bool = False  # Whether anyone on a network may receive it, without a key.
     key_file: str = ""  # Of the key that other computers need; empty for the signing key.
+    takes_notes: bool = False  # Whether notes of those who copy the flight are written into it.
 
 
 NO_SHARES: Final = ShareRequest()
@@ -147,6 +150,7 @@ class _AccessRule:
     folder: Callable[[], Path]  # It is recorded into.
     keys: tuple[bytes, ...]  # Of which a client that copies it must have one; empty for none.
     is_bare: bool  # Whether others receive frames without a proof.
+    takes_notes: Callable[[], bool]  # Whether notes of a copy are written into the flight.
 
 
 class _TcpClient:
@@ -156,8 +160,11 @@ class _TcpClient:
     pace at which it takes it; any other receives what comes from when it called.
     """
 
-    def __init__(self, connection: socket.socket, name: str, access: _AccessRule) -> None:
-        self.name = name
+    def __init__(
+        self, connection: socket.socket, host: str, port: int, access: _AccessRule
+    ) -> None:
+        self.name = f"{host}:{port}"
+        self._host = host
         self.is_copy = False
         self._access = access
         self._called = time.monotonic()
@@ -166,6 +173,7 @@ class _TcpClient:
         self._is_asked = True
         self._sender: FlightSender | None = None
         self._folder = access.folder()
+        self._takes_notes = access.takes_notes()
         self._pending = b""
         connection.setblocking(False)
         # What waits in the system is old when it arrives.
@@ -174,14 +182,11 @@ class _TcpClient:
 
     def serve(self, data: bytes) -> int:
         """Send as much as the client takes, and return that; raise OSError where it is gone."""
-        with contextlib.suppress(BlockingIOError):
-            received = self._socket.recv(_READ_BYTES)
-            if not received:
-                raise ConnectionError("closed")
-            if self._is_asked:  # else it reaches nobody
-                self._first += received
+        self._receive()
         if self._is_asked:
             self._listen()
+        if self._sender is not None and self._takes_notes != self._access.takes_notes():
+            raise ConnectionError("it has to learn whether its notes are taken")
         if self._sender is None:
             self._pending += data
         elif self._sender.is_accepted and len(self._pending) < TELEMETRY.client_send_buffer:
@@ -195,6 +200,18 @@ class _TcpClient:
                 sent = self._socket.send(self._pending)
                 self._pending = self._pending[sent:]
         return sent
+
+    def _receive(self) -> None:
+        received = b""
+        if self._sender is None or self._sender.reads_client:
+            with contextlib.suppress(BlockingIOError):
+                received = self._socket.recv(_READ_BYTES)
+                if not received:
+                    raise ConnectionError("closed")
+        if self._is_asked:
+            self._first += received
+        elif self._sender is not None:
+            self._sender.take_notes(received)
 
     def _listen(self) -> None:
         """Find out whether the client copies the flight, and answer it."""
@@ -211,7 +228,9 @@ class _TcpClient:
         if waited > TELEMETRY.proof_time or len(self._first) > 2 * MAX_LINE:
             raise _RefusedError("it has not the key")
         if self._sender is None:
-            self._sender, self._pending = FlightSender(self._folder, self._access.keys), b""
+            notes = NoteReceiver(self._folder, self._host) if self._takes_notes else None
+            self._sender = FlightSender(self._folder, self._access.keys, notes)
+            self._pending = b""
         while b"\n" in self._first and self._is_asked:
             line, _, self._first = self._first.partition(b"\n")
             self._pending += self._sender.answer(line)
@@ -248,6 +267,9 @@ class _TcpShare(_Share):
             except _RefusedError as error:
                 self.note = f"{client.name} was refused: {error}"
                 self._remove(client)
+            except FlightError as error:
+                self.note = f"a note of {client.name} was not written: {error}"
+                self._remove(client)
             except (OSError, ValueError):  # it is gone, or what it says makes no sense
                 self._remove(client)
             else:
@@ -266,7 +288,7 @@ class _TcpShare(_Share):
                 self.note = f"{host}:{port} was refused: {TELEMETRY.max_clients} are connected"
                 continue
             try:
-                self._clients.append(_TcpClient(connection, f"{host}:{port}", self._access))
+                self._clients.append(_TcpClient(connection, host, port, self._access))
             except OSError:
                 connection.close()
 
@@ -423,7 +445,10 @@ class StreamServer:
             if address.kind == "udpout":
                 return _UdpShare(address)
             keys = ((key,) if key else ()) + ((b"",) if is_open else ())
-            access = _AccessRule(folder=lambda: self.folder, keys=keys, is_bare=is_open)
+            access = _AccessRule(
+                folder=lambda: self.folder, keys=keys, is_bare=is_open,
+                takes_notes=lambda: self.request.takes_notes,
+            )  # fmt: skip
             return _TcpShare(address, access)
         except OSError as error:
             raise network_error(address, error) from error

@@ -145,6 +145,8 @@ def build_mark_rows(marks: Sequence[FlightMark]) -> tuple[TableRow, ...]:
             key=mark.id,
             cells=(clock_text(mark.time, decimals=1), mark_title(mark, number)),
             is_bold=mark.kind == "note",
+            italic=bool(mark.author),
+            detail=tr("From {author}").format(author=mark.author) if mark.author else "",
         )
         for number, mark in enumerate(marks, start=1)
     )

@@ -71,6 +71,11 @@ class WriterState:
     notes: list[str] = field(default_factory=list)
     """What was found and mended in files that were there already."""
 
+    @property
+    def is_unconfirmed(self) -> bool:
+        """Return whether the disk took all, but does not say that it keeps it."""
+        return bool(self.sync_error) and not (self.error or self.dropped_bytes or self.lost_bytes)
+
 
 class RawWriter:
     """Append to the raw files of a flight folder, which is made if missing.

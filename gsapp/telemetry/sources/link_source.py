@@ -75,6 +75,10 @@ class LinkSource(ABC):
         By how much the stamps of another recorder are ahead of this computer's clock.
     events : deque of Event
         Marks and notes of another recorder that nobody has written yet.
+    has_events : bool
+        Whether all that this recorder had written so far has been among them.
+    sends_notes : bool or None
+        Whether another recorder takes the notes made here; None where there is none.
     """
 
     framing: Framing = "mavlink"
@@ -88,9 +92,14 @@ class LinkSource(ABC):
         self.finished = False
         self.clock_offset_us = 0
         self.events: deque[Event] = deque()
+        self.has_events = False
+        self.sends_notes: bool | None = None
 
     def prepare(self, after_us: int, signing_key: bytes) -> None:  # noqa: B027 - few need it
         """Take the last stamp that the flight folder holds, 0 for none, and the key, if any."""
+
+    def offer_notes(self, notes: Sequence[Event]) -> None:  # noqa: B027 - few take them
+        """Take all marks and notes made here that another recorder is not known to have."""
 
     @abstractmethod
     def open(self) -> None:
