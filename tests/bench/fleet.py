@@ -6,6 +6,7 @@ differ in their derivatives, one loses elevator over time. What is printed: the 
 search, the slowest of several; groups, trends and changes over all flights.
 """
 
+import gc
 import sys
 import tempfile
 import time
@@ -35,6 +36,12 @@ from gsapp.flight.maneuvers import DetectedManeuver
 from gsapp.foundation.executors import WorkerPool
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.estimate_json import CatalogManeuver, catalog_runs
+from gsapp.identification.fleet.fleet_analysis import date_text, find_changes, fit_trend
+from gsapp.identification.fleet.fleet_values import (
+    group_means,
+    list_fleet_names,
+    select_fleet_values,
+)
 from tests.identification.virtual_maneuvers import fly
 
 B777 = load_aircraft("b777")
@@ -63,13 +70,21 @@ def airframe_model(number: int, date: datetime) -> Model:
     return base.with_derivatives(values)
 
 
+def small_flight_date(random: np.random.Generator) -> datetime:
+    return FIRST_DAY + timedelta(days=float(random.uniform(0.0, DAYS)))
+
+
+def small_flight_name(seed: int) -> str:
+    return f"{small_flight_date(np.random.default_rng([7, seed])):%Y-%m-%d}-{seed}"
+
+
 def small_flight(seed: int) -> tuple[FlightEntry, tuple]:
     """Return a flight as a catalog holds it, and its fits."""
     random = np.random.default_rng([7, seed])
-    date = FIRST_DAY + timedelta(days=float(random.uniform(0.0, DAYS)))
+    date = small_flight_date(random)
     number = seed % AIRFRAMES + 1
     model = airframe_model(number, date)
-    name = f"{date:%Y-%m-%d}-{seed}"
+    name = small_flight_name(seed)
     mass = B777.mass.model_copy(update={"mass": B777.mass.mass * random.uniform(0.9, 1.1)})
     plane = B777.model_copy(update={"mass": mass})
     info = FlightInfo(date=date, aircraft="B777", airframe=f"SN {number}")
@@ -122,19 +137,56 @@ def make_catalog(path: Path, count: int) -> None:
         print(f"  {count - present} flights in {time.monotonic() - started:.0f} s", flush=True)
 
 
-def measured(work: Callable[[], object]) -> tuple[float, float]:
-    """Return milliseconds of several calls: their median, and the slowest."""
-    times = []
+def measured(work: Callable[[], object]) -> tuple[float, float, float]:
+    """Return milliseconds of several calls: their median, the slowest, and the most CPU."""
+    times, cpu = [], []
     for _ in range(REPEATS):
-        started = time.perf_counter()
+        started, busy = time.perf_counter(), time.process_time()
         work()
         times.append(1e3 * (time.perf_counter() - started))
-    return float(np.median(times)), max(times)
+        cpu.append(1e3 * (time.process_time() - busy))
+    return float(np.median(times)), max(times), max(cpu)
+
+
+def ask(path: Path) -> None:
+    """Ask the fleet, and print the answers beside the truth."""
+    for by in ("airframe", "month"):
+        busy = time.process_time()
+        with Catalog(path) as store:
+            group_means(select_fleet_values(store, "Cm_alpha", ManeuverFilter()), by)
+        print(f"  mean of Cm_alpha by {by}: {1e3 * (time.process_time() - busy):.0f} ms of CPU")
+    busy = time.process_time()
+    with Catalog(path) as store:
+        found = select_fleet_values(store, "Cm_alpha", ManeuverFilter(), conditions=("mach",))
+    fit = fit_trend(found, ["mach"], "airframe").fit
+    print(f"  trend of Cm_alpha against Mach: {1e3 * (time.process_time() - busy):.0f} ms of CPU")
+    errors = [
+        (line.intercept - airframe_model(int(name[3:]), FIRST_DAY).derivative("Cm_alpha"))
+        / line.intercept_std
+        for name, line in fit.groups.items()
+    ]
+    slope = fit.slopes["mach"]
+    shown = ", ".join(f"{one:+.1f}" for one in errors)
+    print(f"    errors of the airframes over their bounds {shown}")
+    print(f"    slope {slope.low:.2f} to {slope.high:.2f} (truth 0)")
+    busy = time.process_time()
+    with Catalog(path) as store:
+        fleet = [
+            select_fleet_values(store, name, ManeuverFilter()) for name in list_fleet_names(store)
+        ]
+    series = find_changes([one for one in fleet if one.values], "airframe")
+    print(f"  changes in {len(series)} series: {time.process_time() - busy:.1f} s of CPU")
+    for one in series:
+        change = one.change
+        if change.time is not None and change.earliest is not None and change.latest is not None:
+            dates = (date_text(each) for each in (change.time, change.earliest, change.latest))
+            truth = f"worn since {WEAR_BEGAN:%Y-%m-%d}" if one.name.endswith("_de") else "FALSE"
+            print(f"    {one.name} {one.group}: {change.kind} {' '.join(dates)} ({truth})")
 
 
 SEARCHES = {
     "all maneuvers": ManeuverFilter(),
-    "one flight": ManeuverFilter(flight="2026-05-12-a"),
+    "one flight": ManeuverFilter(flight=small_flight_name(0)),
     "one airframe": ManeuverFilter(airframe="SN 3"),
     "a month": ManeuverFilter(since="2024-05", until="2024-05"),
     "inputs": ManeuverFilter(inputs=("da", "dr")),
@@ -158,6 +210,8 @@ def main(*arguments: str) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(arguments[1]) if len(arguments) > 1 else Path(folder) / "fleet.sqlite"
         make_catalog(path, count)
+        gc.collect()
+        gc.freeze()  # What was imported here is no part of a search.
         print(f"  {count} flights, {path.stat().st_size / 1e6:.1f} MB")
         for name, wanted in SEARCHES.items():
 
@@ -168,10 +222,10 @@ def main(*arguments: str) -> dict[str, float]:
                     search_runs(store, row_ids={run for one in found for run in one.runs})
                     return len(rows)
 
-            figures[name], worst = measured(search)
-            print(
-                f"  {name:32} {search():5} maneuvers {figures[name]:6.1f} ms, at worst {worst:.1f}"
-            )
+            figures[name], worst, cpu = measured(search)
+            line = f"  {name:32} {search():5} maneuvers {figures[name]:6.1f} ms"
+            print(f"{line}, at worst {worst:5.1f} ms, CPU at most {cpu:5.1f} ms")
+        ask(path)
     return figures
 
 

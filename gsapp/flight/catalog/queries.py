@@ -254,6 +254,8 @@ def _runs_by_maneuver(catalog: Catalog, chosen: str) -> dict[int, list[int]]:
 
 
 def _parsed(catalog: Catalog, text: str) -> Any:
+    if text == "[]":  # Most lists of most estimates.
+        return []
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -233,8 +233,11 @@ def _stored(maneuver: Maneuver, store: IO[bytes] | None) -> Maneuver:
 
 def _duplicate_flight_warnings(flown: Sequence[FlightSelection]) -> Iterator[str]:
     """Say of flights that are copies of one another that they narrow the bounds of the means."""
-    for (place, one), (other_place, other) in combinations(enumerate(flown, start=1), 2):
-        if one.digest == other.digest:
+    places: dict[str, list[int]] = {}
+    for place, one in enumerate(flown, start=1):
+        places.setdefault(one.digest, []).append(place)
+    for alike in places.values():
+        for place, other_place in combinations(alike, 2):
             yield (
                 f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
                 "twice and the bounds of the means are too small; exclude one"
