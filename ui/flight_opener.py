@@ -187,7 +187,9 @@ class FlightOpener(QObject):
             self.message_posted.emit("note", text)
         if not request.folder.exists():
             begun.folder = request.folder
-        folder = request.prepare_folder(request.folder, request.link, name=request.title)
+        folder = request.prepare_folder(
+            request.folder, request.link, name=request.title, prefers_shared=True
+        )
         try:
             handed_over = apply_draft(
                 next_flight_path(self._store.path), folder, keep=True, named=not trial

@@ -9,7 +9,8 @@ and so is the seal of every block that follows: nobody without the key is sent a
 anything into it. Nothing is encrypted.
 
 A block is its length (4 bytes, big-endian), its seal and its content: ``r`` for what was recorded
-at one stamp from one sender, ``e`` for lines of ``events.jsonl``, ``t`` for the server's time.
+at one stamp from one sender, ``e`` for lines of ``events.jsonl``, ``f`` for the files with which
+the flight is read (first, where the client has no record), ``t`` for the server's time.
 What the client sends are blocks, too, sealed for this direction: a mark or note in each.
 """
 
@@ -39,6 +40,7 @@ from gsapp.decoding.sender_filter import FrameOrigin
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.raw_files import STAMP_STRUCT, RawTail
 from gsapp.flight.raw_files.record_files import RawRecord
+from gsapp.telemetry.flight_files import decode_files, encode_files
 from gsapp.telemetry.flight_notes import NoteReceiver
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.sources.link_source import RecordedChunk
@@ -138,6 +140,7 @@ class FlightSender:
         self._after = (0, 0)
         self._same_stamp = 0  # records with that stamp so far
         self._next_time_us = 0
+        self._has_files = False  # the client
         self._nonces = (b"", b"")
         self._seal: StreamSeal | None = None
         self._notes = notes
@@ -190,6 +193,9 @@ class FlightSender:
     def poll(self, now_us: int) -> bytes:
         """Return blocks of what came since; once a second events and the time, too."""
         contents: list[bytes] = []
+        if not (self._after[0] or self._has_files):
+            self._has_files = True
+            contents.append(b"f" + encode_files(self._folder))
         if self._tail.has_grown():
             contents += self._batches(self._tail.poll(_MAX_RECORDS))
         if now_us >= self._next_time_us:
@@ -232,12 +238,15 @@ class FlightReceiver:
         Time of the server when it sent the last block, host microseconds; 0 before the first.
     has_events : bool
         Whether all events of the flight so far have come.
+    files : dict of str to str, optional
+        Files with which the flight is read, text by name.
     """
 
     def __init__(self, seal: StreamSeal, events: deque[Event]) -> None:
         self._blocks = BlockReader(seal, _MAX_BLOCK)
         self._events = events
         self.has_events = False
+        self.files: dict[str, str] | None = None
         self._offset = 0  # of stray bytes
         self.server_us = 0
 
@@ -251,6 +260,8 @@ class FlightReceiver:
             elif kind == b"e":
                 self._events.extend(Event.from_json(json.loads(one)) for one in body.splitlines())
                 self.has_events = True
+            elif kind == b"f":
+                self.files = decode_files(body)
             elif kind == b"t":
                 (self.server_us,) = STAMP_STRUCT.unpack(body)
         return chunks

@@ -90,16 +90,29 @@ class RecordingSettings(SettingsModel):
         *,
         name: str = "",
         tell: Callable[[str], object] = log.warning,
+        prefers_shared: bool = False,
     ) -> FlightFolder:
-        """Make the flight folder with copies of all in force; see `prepare_flight_folder`."""
-        from gsapp.flight.folder_setup import prepare_flight_folder
+        """Make the flight folder with copies of all in force; see `prepare_flight_folder`.
 
-        return prepare_flight_folder(
-            path,
-            name=name,
-            aircraft=self.aircraft or None,
-            channel_map=self.channel_map or None,
-            calibration=self.calibration or None,
-            source=link,
-            tell=tell,
-        )
+        Of a flight that is copied, what is not named here comes from its recorder; with
+        `prefers_shared` all that this one has.
+        """
+        from gsapp.flight.folder_setup import prepare_flight_folder
+        from gsapp.telemetry.flight_files import shared_files
+
+        with shared_files(link, self.share_key or self.signing_key, path, tell) as shared:
+
+            def choose(own: str, other: Path | None) -> str | Path | None:
+                return (other or own or None) if prefers_shared else (own or other or None)
+
+            folder = prepare_flight_folder(
+                path,
+                name=name,
+                aircraft=choose(self.aircraft, shared.aircraft),
+                channel_map=choose(self.channel_map, shared.channel_map),
+                calibration=choose(self.calibration, shared.calibration),
+                source=link,
+                tell=tell,
+            )
+            shared.store_others(folder)
+        return folder

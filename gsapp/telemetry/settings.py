@@ -50,6 +50,7 @@ class TelemetrySettings:
     hello_time: float = 0.3  # In which a client that copies the flight says so.
     proof_time: float = 5.0  # In which it proves that it has the key.
     copy_timeout: float = 5.0  # Silence after which the copy of a flight connects again.
+    max_files_bytes: int = 1 << 20  # Of all files with which a flight is read, as they are sent.
     note_rate: float = 1.0  # Notes per second that another computer may send in the long run ...
     note_burst: int = 20  # ... and at once.
     max_note_length: int = 500  # Letters of a note of another computer.

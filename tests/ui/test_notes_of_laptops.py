@@ -8,9 +8,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
+from gsapp.decoding.channel_map import load_channel_map
 from gsapp.flight.events import AUTHOR_KEY, Event, EventLog, events_path
 from gsapp.telemetry.recorder_control import find_recorders, start_recorder
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
+from gsapp.telemetry.recording_settings import RecordingSettings
 from gsapp.telemetry.stream_server import ShareRequest, request_shares
 from tests.ui.window_kit import Aircraft, connect, free_port, is_followed, open_window, until
 from ui.main_window import MainWindow
@@ -74,6 +76,23 @@ def test_the_crew_takes_notes_by_a_switch_that_is_off_at_first(
         tip = marks.index(0, 1).data(Qt.ItemDataRole.ToolTipRole)
         assert "laptop2 (192.0.2.7)" in tip
         assert marks.index(0, 1).data() == "gusty"
+
+
+def test_the_files_of_the_flight_count_and_not_those_used_last(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    port, shared, first = free_port(), free_port(), tmp_path / "other laptop"
+    link = f"udpin:127.0.0.1:{port}"
+    settings = RecordingSettings(aircraft="b777", channel_map="b777-thin", calibration="b777")
+    settings.prepare_folder(first, link)
+    start_recorder(link, first)
+    request_shares(first, ShareRequest(links=(f"tcpin:127.0.0.1:{shared}",)))
+    until(qtbot, lambda: bool(find_recorders()[0].status().shares))
+    second = tmp_path / "flights" / "second"
+    follow(window, qtbot, shared, second, "gsapp")  # which names b777
+    found = window.flight_controller.session.decoder.channel_map
+    assert found.name == load_channel_map("b777-thin").name
+    assert found.name != load_channel_map("b777").name
 
 
 @pytest.mark.parametrize("takes_notes", [False, True])

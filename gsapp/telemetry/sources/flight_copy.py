@@ -118,7 +118,7 @@ class FlightCopySource(ReconnectingSource):
             receiver.server_us = 0
         for chunk in chunks:
             self._note_position(chunk)
-        self.has_events = receiver.has_events
+        self.has_events, self.files = receiver.has_events, receiver.files
         return list(chunks)
 
     def _send_notes(self, connection: socket.socket) -> None:

@@ -77,6 +77,8 @@ class LinkSource(ABC):
         Marks and notes of another recorder that nobody has written yet.
     has_events : bool
         Whether all that this recorder had written so far has been among them.
+    files : dict of str to str, optional
+        Files with which another recorder's flight is read, see `gsapp.telemetry.flight_files`.
     sends_notes : bool or None
         Whether another recorder takes the notes made here; None where there is none.
     """
@@ -93,6 +95,7 @@ class LinkSource(ABC):
         self.clock_offset_us = 0
         self.events: deque[Event] = deque()
         self.has_events = False
+        self.files: dict[str, str] | None = None
         self.sends_notes: bool | None = None
 
     def prepare(self, after_us: int, signing_key: bytes) -> None:  # noqa: B027 - few need it
