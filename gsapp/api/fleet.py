@@ -21,6 +21,7 @@ from gsapp.identification.fleet.fleet_analysis import (
     trend_json,
 )
 from gsapp.identification.fleet.fleet_values import (
+    check_any_value,
     check_group_key,
     list_fleet_names,
     select_fleet_values,
@@ -145,8 +146,10 @@ def changes(
             )
             for name in wanted_names or list_fleet_names(store)
         ]
+    for one in fleet if wanted_names else ():
+        check_any_value(one)
     found = find_changes([one for one in fleet if one.values], by, conditions)
-    changed = sum(one.change.time is not None for one in found)
+    changed = sum(series.change.time is not None for series in found)
     return Result(
         summary=f"{changed} of {len(found)} series changed",
         outcome=found,
@@ -154,7 +157,7 @@ def changes(
         tables={
             "changes": table_of(
                 "name group flights kind date earliest latest size std before now unit p_value",
-                (_change_row(one, system) for one in found),
+                (_change_row(series, system) for series in found),
             )
         },
         figures={"changes": change_figure(found, units=system)},

@@ -172,13 +172,15 @@ def _changes(
         find_changes,
         settings_remarks,
     )
-    from gsapp.identification.fleet.fleet_values import list_fleet_names
+    from gsapp.identification.fleet.fleet_values import check_any_value, list_fleet_names
     from gsapp.identification.fleet.settings import FLEET
     from gsapp.report.fleet_figures import change_figure
     from gsapp.report.fleet_text import CHANGE_COLUMNS, change_row, unknown_remarks
 
     units = DISPLAY_UNITS.get()
     fleet = _select(store, question.names or list_fleet_names(store), wanted, question)
+    for one in fleet if question.names else ():
+        check_any_value(one)
     found = find_changes([one for one in fleet if one.values], question.by, question.against)
     changed = [one for one in found if one.change.time is not None]
     shown = found if question.names else changed
@@ -187,8 +189,8 @@ def _changes(
         CHANGE_COLUMNS,
         right=("flights", "size", "bound", "before", "now", "p"),
     )
-    for one in shown:
-        table.add_row(*change_row(one, units))
+    for series in shown:
+        table.add_row(*change_row(series, units))
     console.print_unwrapped(table)
     console.print_sentence(
         f"chance of any false change among all {len(found)} series: "

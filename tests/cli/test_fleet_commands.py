@@ -181,6 +181,9 @@ def test_wrong_questions_are_named(catalog: Path) -> None:
         (("maneuvers", "Cm_alpha"), 2),
         (("trend", "Cm_alfa", "--against", "mach"), 1),
         (("trend", "Cm_alpha", "--against", "reynolds"), 1),
+        (("trend", "Cm_alpha", "--against", "mach", "--method", "ee"), 1),
+        (("trend", "Cm_alpha", "--against", "mach", "--since", "2030"), 1),
+        (("changes", "Cm_alpha", "--since", "2030"), 1),
     ):
         assert command("catalog", catalog, *words).returncode == code, words
 

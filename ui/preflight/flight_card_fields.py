@@ -79,12 +79,12 @@ def _multiline_field(key: str, name: str) -> CardField:
 
 FLIGHT_FIELDS = (
     _text_field("name", QT_TR_NOOP("Flight name")),
-    _text_field("airframe", QT_TR_NOOP("Airframe (serial number)")),
     _text_field("crew.pilot", QT_TR_NOOP("Pilot")),
     _text_field("crew.engineer", QT_TR_NOOP("Flight-test engineer")),
     _text_field("crew.ground_station", QT_TR_NOOP("Ground station")),
     _text_field("crew.safety", QT_TR_NOOP("Safety observer")),
     _number_field("flap", QT_TR_NOOP("Flap setting"), "angle", "deg", "deg"),
+    _text_field("airframe", QT_TR_NOOP("Airframe (serial number)")),
 )
 WEIGHT_FIELDS = (
     _number_field("takeoff_weight", QT_TR_NOOP("Take-off weight"), "weight", "lb", "kg", 2),

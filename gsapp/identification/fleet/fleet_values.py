@@ -154,6 +154,12 @@ def select_fleet_values(
         return _instrument_values(catalog, name, clause, values, conditions)
     used = method or Counter(row["method"] for row in rows).most_common(1)[0][0]
     latest = {row["id"]: row for row in rows if row["method"] == used}
+    if not latest:
+        known = sorted({row["method"] for row in rows})
+        raise UnknownNameError(
+            f"{catalog.path} has no values of {name} by {used}; there are those by "
+            f"{', '.join(known)}"
+        )
     earned = [row for row in latest.values() if _is_earned(row)]
     held = _conditions_of(catalog, [row["id"] for row in earned], conditions)
     return FleetValues(
@@ -259,6 +265,13 @@ def check_group_key(name: str) -> None:
         raise UnknownNameError(f"values are not grouped by '{name}'; {hint}")
 
 
+def check_any_value(found: FleetValues) -> None:
+    """Raise `FlightError` unless a maneuver that fits earned a value."""
+    if not found.values:
+        unknown = f"; it is unknown in all {found.unknown} of them" if found.unknown else ""
+        raise FlightError(f"no maneuver that fits has a value of {found.name}{unknown}")
+
+
 def condition_columns(found: FleetValues, names: Sequence[str]) -> tuple[FleetValues, FloatArray]:
     """Return the values that have all conditions, and these, shape (n, n_conditions).
 
@@ -267,6 +280,7 @@ def condition_columns(found: FleetValues, names: Sequence[str]) -> tuple[FleetVa
     FlightError
         If no value has them.
     """
+    check_any_value(found)
     kept, rows = [], []
     for one in found.values:
         row = [
