@@ -111,7 +111,7 @@ def _kept_copy_text(folder: FlightFolder, what: str, asked: str) -> str:
 # It lies in a folder of its own under the same names as in a flight folder, and goes into the
 # flight's when recording starts.
 
-CARRIED_OVER_KEYS: Final = ("crew", "flap", "loading", "transmitter")
+CARRIED_OVER_KEYS: Final = ("airframe", "crew", "flap", "loading", "transmitter")
 """What the card of the flight after begins with."""
 
 

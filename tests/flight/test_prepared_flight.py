@@ -94,6 +94,7 @@ def test_cards_begin_as_shipped_and_keep_the_units_they_were_typed_in(tmp_path: 
 def waiting_flight(folder: Path) -> None:
     file = card(folder)
     file.change({("name",): "Flight 7", PILOT: "Ann", WEIGHT: "46.5 lb", ("notes",): "windy"})
+    file.change({("airframe",): "SN 3"})
     file.save()
     FlightFolder(path=folder).events.append(Event(kind="checklist-tick", text="fuel"))
     plan = CardSetFile(folder / "cards.toml", "b777")
@@ -113,7 +114,8 @@ def test_what_waits_goes_into_the_flight_and_the_next_begins(tmp_path: Path) -> 
     assert [event.text for event in read_events(folder.events.path).events] == ["fuel"]
     assert load_cards(folder.cards_file).name == "Monday"
     left = card(waiting)
-    assert dict(left.content) == {"crew": {"pilot": "Ann"}}
+    assert dict(left.content) == {"airframe": "SN 3", "crew": {"pilot": "Ann"}}
+    assert info.airframe == "SN 3"
     assert not read_events(waiting / "events.jsonl").events
     assert load_cards(waiting / "cards.toml").name == "Monday"
 
