@@ -27,6 +27,9 @@ from ui.web_page.page_link import is_page_link, parse_page_link
 from ui.window_frame.banners import BannerStack
 
 
+_ALL_NETWORKS = ("0.0.0.0", "::")  # noqa: S104
+
+
 class ShareDialog(FormDialog):
     """Asks for an address to share the flight with."""
 
@@ -185,6 +188,8 @@ def _title(link: str) -> str:
     """Return what sharing with an address does; raise LinkError if it is none."""
     if is_page_link(link):
         page = parse_page_link(link)
+        if page.host in _ALL_NETWORKS:
+            return tr("Show in browsers on the network: port {port}").format(port=page.port)
         return tr("Show in browsers: port {port} of {host}").format(port=page.port, host=page.host)
     address = share_address(link)
     location = kind_of(address).location(address)

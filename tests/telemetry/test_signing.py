@@ -168,7 +168,7 @@ def test_other_frames_are_counted_announced_and_not_decoded(
     assert {one.reason for one in report.rejected} == {state}
     assert report.vehicles == ()
     session.close()
-    assert set(field.signatures()) == {state}
+    wait_until(lambda: set(field.signatures()) == {state})
     status = field.recorder.status()
     assert status is not None
     assert len(status.warnings) == 1
