@@ -26,7 +26,6 @@ from ui.web_page.page_controller import WebPageController
 from ui.web_page.page_link import is_page_link, parse_page_link
 from ui.window_frame.banners import BannerStack
 
-
 _ALL_NETWORKS = ("0.0.0.0", "::")  # noqa: S104
 
 

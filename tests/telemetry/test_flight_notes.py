@@ -223,3 +223,12 @@ def test_without_leave_nothing_is_read_as_a_note(tmp_path: Path) -> None:
     sender.take_notes(seal.encode_block(encode_note(Event(kind="note", data={"id": "a1"}), "x")))
     sender.take_notes(b"anything")
     assert not events_path(tmp_path).exists()
+
+
+def test_a_recorder_that_is_restarted_takes_notes_as_before(crew: Crew) -> None:
+    share(crew, takes_notes=True)
+    os.kill(crew.first.recorder.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+    wait_until(lambda: not crew.first.recorder.is_alive())
+    crew.first.recorder = restart_recorder(crew.first.folder)
+    wait_until(lambda: bool(crew.first.shares()))
+    assert crew.first.recorder.status().share_notes
