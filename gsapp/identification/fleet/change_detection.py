@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from gsapp.identification.fleet.settings import FLEET
-from gsapp.identification.summary.campaign_summary import assess_bound_consistency
+from gsapp.identification.summary.campaign_summary import paule_mandel_std
 from gsapp.quantities import FloatArray
 
 ChangeKind = Literal["step", "drift", "step-or-drift", "none", "unknown"]
@@ -82,9 +82,7 @@ def detect_change(
     n = len(times)
     if n < FLEET.min_flights or times[-1] <= times[0]:
         return Change(kind="unknown", n=n)
-    told = assess_bound_consistency(values, stds)
-    between = 0.0 if told is None else told.between_maneuver_std
-    weights = 1.0 / (stds**2 + between**2)
+    weights = 1.0 / (stds**2 + paule_mandel_std(values, stds) ** 2)
     clock = (times - times[0]) / (times[-1] - times[0])
     y = values - float(weights @ values / weights.sum())
     found = _explained(clock, y, weights)

@@ -16,7 +16,7 @@ from gsapp.flight.catalog.queries import AIRFRAME_COLUMN, MANEUVER_TABLES, NOT_D
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.campaign import weighted_mean
-from gsapp.identification.summary.campaign_summary import assess_bound_consistency
+from gsapp.identification.summary.campaign_summary import paule_mandel_std
 from gsapp.quantities import FloatArray
 
 GROUP_KEYS: Final = (
@@ -322,8 +322,7 @@ def mean_over_flights(values: Sequence[FleetValue]) -> tuple[float, float, float
 
 def _mean(rows: FloatArray) -> tuple[float, float]:
     values, stds = rows.T
-    told = assess_bound_consistency(values, stds)
-    between = 0.0 if told is None else told.between_maneuver_std
+    between = paule_mandel_std(values, stds) if len(values) > 2 else 0.0
     found = weighted_mean(values, stds, np.zeros_like(stds), between)
     return found.mean, found.std
 

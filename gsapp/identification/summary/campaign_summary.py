@@ -49,7 +49,7 @@ def assess_bound_consistency(values: FloatArray, stds: FloatArray) -> BoundConsi
     return BoundConsistency(
         ratio=math.sqrt(squares / freedom),
         p_value=float(chi2.sf(squares, freedom)),
-        between_maneuver_std=_paule_mandel_std(values, stds),
+        between_maneuver_std=paule_mandel_std(values, stds),
     )
 
 
@@ -60,7 +60,11 @@ def _weighted_squares(values: FloatArray, stds: FloatArray, between: float) -> f
     return float(weights @ (values - mean) ** 2)
 
 
-def _paule_mandel_std(values: FloatArray, stds: FloatArray) -> float:
+def paule_mandel_std(values: FloatArray, stds: FloatArray) -> float:
+    """Return the standard deviation between values beyond their bounds, shapes (n,), n > 1.
+
+    Paule and Mandel's estimate; 0 where the bounds explain all.
+    """
     freedom = values.size - 1
     if _weighted_squares(values, stds, 0.0) <= freedom:
         return 0.0

@@ -102,6 +102,7 @@ def test_flights_stay_open_until_their_files_change(outcome: RunOutcome, tmp_pat
     assert said[0] == "reading a.csv"
     (opening,) = flight_open_requests(request)
     opened = flight_cache.open(opening).opened
+    assert isinstance(opened.flight.block, StoredBlock)  # many are open: not in memory
     execute_run(request, flights=flight_cache, doing=note)
     assert len(said) == 2
     log = EventLog(events_path(path))
