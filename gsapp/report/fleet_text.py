@@ -138,6 +138,8 @@ def trend_remarks(trend: FleetTrend, units: str) -> list[str]:
         remarks.append(
             f"one slope for all: fewer than {FLEET.min_slope_groups} {groups} show their own"
         )
+    if not fit.converged:
+        remarks.append("the standard deviations are not certain: searches for them end apart")
     if trend.lacking:
         remarks.append(f"{trend.lacking} values without the condition were left out")
     return [*remarks, *unknown_remarks([trend.values])]

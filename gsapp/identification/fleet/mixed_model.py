@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,19 +229,23 @@ def _minimize(problem: _Problem) -> tuple[FloatArray, bool]:
     # Values without bounds that scatter by nothing would have infinite weights.
     least = 0.0 if problem.variances.min() > _LEAST_STD**2 else _LEAST_STD
     bounds += [(0.0, most if problem.has_flights else 0.0), (least, most)]
-    best = None
-    # A standard deviation of zero is stationary: the search begins away from it, at several.
-    for between, within in ((0.5, 0.5), (0.1, 0.5), (0.5, 0.1)):
+    found: list[Any] = []
+    # A standard deviation of zero is stationary: the search begins away from it, at several, until
+    # two give the same.
+    for between, within in ((0.5, 0.5), (0.1, 0.5), (0.5, 0.1), (0.1, 0.1)):
         start = np.array([*[between, 0.0, between][:count], between, within])
         start = np.where([high == 0.0 for _, high in bounds], 0.0, start)
-        found = minimize(
-            problem.criterion, start, method="L-BFGS-B", jac="3-point", bounds=bounds,
-            options={"ftol": 1e-13, "gtol": 1e-8, "maxiter": 500},
+        found.append(
+            minimize(
+                problem.criterion, start, method="L-BFGS-B", bounds=bounds,
+                options={"ftol": 1e-12, "gtol": 1e-6, "maxiter": 500},
+            )
         )  # fmt: skip
-        if best is None or found.fun < best.fun:
-            best = found
-    assert best is not None  # noqa: S101
-    return np.asarray(best.x), bool(np.isfinite(best.fun))
+        first, second = sorted([*(one.fun for one in found), math.inf])[:2]
+        if second - first < FLEET.likelihood_tolerance:
+            break
+    best = min(found, key=lambda one: float(one.fun))
+    return np.asarray(best.x), bool(second - first < FLEET.likelihood_tolerance)
 
 
 def _result(

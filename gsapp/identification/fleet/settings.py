@@ -18,6 +18,8 @@ class FleetSettings:
     most_std_share: float = 30.0
     """Of the spread of all values: the least scatter of values that have no bounds, and the most
     of any effect."""
+    likelihood_tolerance: float = 1e-4
+    """Of twice the log-likelihood, within which two searches have found the same variances."""
 
     # Change over time.
     min_flights: int = 8  # Of an airframe: fewer give too few permutations and dates.
