@@ -12,6 +12,7 @@ from gsapp.flight.map_tiles import MapTile, MapTiles
 from gsapp.flight.plot_data import GroundOrigin
 from gsapp.foundation import GroundStationError
 from ui.background_job import BackgroundJob, JobProgress
+from ui.translation import tr
 from ui.widgets.analysis_plot import PlotPicture
 
 _MAX_PIXELS = 1024  # Of the side of a tile.
@@ -56,7 +57,7 @@ class MapBackground(QObject):
             ]
             return tiles, [(tile, image) for tile, image in decoded if not image.isNull()]
 
-        self._job = BackgroundJob("map tiles", work, self, may_hang=True)
+        self._job = BackgroundJob(tr("Map tiles"), work, self, may_hang=True)
         self._job.done.connect(self._take)
         self._job.failed.connect(self._fail)
         self._job.start()
