@@ -56,6 +56,7 @@ from tests.ui.window_kit import (
     in_window,
     open_small_flight,
     open_window,
+    settled_places,
     until,
     write_flight,
 )
@@ -1421,11 +1422,10 @@ def test_a_message_moves_nothing_and_covers_nothing(
 ) -> None:
     flight.display_style.set_scale(scale)
     QApplication.processEvents()
-    before = [in_window(part, flight) for part in (flight.pages, flight.view.charts)]
+    before = settled_places(qtbot, flight, flight.pages, flight.view.charts)
     banner = flight.banners.show_banner("caution", "The disk is nearly full. " * 12)
     until(qtbot, banner.isVisible)
-    QApplication.processEvents()
-    assert [in_window(part, flight) for part in (flight.pages, flight.view.charts)] == before
+    assert settled_places(qtbot, flight, flight.pages, flight.view.charts) == before
     assert not in_window(flight.banners, flight).intersects(before[0])
     assert flight.rect().contains(in_window(flight.banners, flight))
     # What does not fit the line is in the list.

@@ -277,6 +277,16 @@ def count(widget: QWidget, color: str, box: QRect | None = None) -> int:
     return int((pixels(widget, box) == int(color[1:], 16)).sum())
 
 
+def settled_places(qtbot: QtBot, window: QWidget, *parts: QWidget) -> list[QRect]:
+    """Return where parts of a window are once its layout has stopped moving them."""
+    places = [in_window(part, window) for part in parts]
+    while True:
+        qtbot.wait(300)  # two ticks of the window
+        former, places = places, [in_window(part, window) for part in parts]
+        if former == places:
+            return places
+
+
 def in_window(widget: QWidget, window: QWidget) -> QRect:
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 
