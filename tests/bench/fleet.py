@@ -29,8 +29,8 @@ from gsapp.flight.catalog import (
     store_entry,
     store_run,
 )
+from gsapp.flight.catalog.derived_conditions import derived_conditions
 from gsapp.flight.catalog.records import FlightCondition
-from gsapp.flight.catalog.similarity_numbers import similarity_numbers
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers import DetectedManeuver
 from gsapp.foundation.executors import WorkerPool
@@ -97,7 +97,7 @@ def small_flight(seed: int) -> tuple[FlightEntry, tuple]:
         block = flown.block
         means = {one: float(block[one][:30].mean()) for one in ("V", "alpha", "density")}
         means["temperature"] = float(block["temperature"][:30].mean())
-        means |= similarity_numbers({**means, "mass": flown.mass}, plane, info)
+        means |= derived_conditions({**means, "mass": flown.mass}, plane, info)
         start = 20.0 * place
         cut.append(replace(flown, id=str(place + 1), flight=name))
         found.append(

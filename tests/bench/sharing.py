@@ -24,6 +24,7 @@ from gsapp.telemetry.recorder_control import RecorderHandle, start_recorder
 from gsapp.telemetry.stream_server import ShareRequest, request_shares
 from tests.bench.peers import install
 from tests.bench.sender_process import send_in_real_time, sending
+from tests.telemetry.conftest import free_port
 
 RATE = 250
 
@@ -83,12 +84,6 @@ def cpu_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def free_port(kind: socket.SocketKind) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def wait_until_recorded(folder: Path, count: int) -> list[bytes]:
     tail, found, deadline = RawTail(folder), [], time.monotonic() + 20.0
     while len(found) < count and time.monotonic() < deadline:
@@ -97,14 +92,20 @@ def wait_until_recorded(folder: Path, count: int) -> list[bytes]:
     return found
 
 
-def fly(recorder: RecorderHandle, port: int, seconds: float) -> tuple[float, list[bytes]]:
-    """Send frames; return the share of a core that the recorder used, and what it recorded."""
+def core_share(pid: int, port: int, seconds: float) -> float:
+    """Send frames to a port; return the share of a core that a process used meanwhile."""
     with sending(__file__, port, seconds) as sender:
         time.sleep(2.0)
-        begin, used = time.monotonic(), cpu_seconds(recorder.pid)
+        begin, used = time.monotonic(), cpu_seconds(pid)
         time.sleep(seconds - 4.0)
-        share = (cpu_seconds(recorder.pid) - used) / (time.monotonic() - begin)
+        share = (cpu_seconds(pid) - used) / (time.monotonic() - begin)
         sender.wait()
+    return share
+
+
+def fly(recorder: RecorderHandle, port: int, seconds: float) -> tuple[float, list[bytes]]:
+    """Send frames; return the share of a core that the recorder used, and what it recorded."""
+    share = core_share(recorder.pid, port, seconds)
     return share, wait_until_recorded(recorder.folder, round(seconds * RATE))
 
 
@@ -183,12 +184,7 @@ def fly_mavproxy(
     time.sleep(5.0)  # until it listens
     for client in clients:
         client.start()
-    with sending(__file__, port, span) as sender:
-        time.sleep(2.0)
-        begin, used = time.monotonic(), cpu_seconds(proxy.pid)
-        time.sleep(span - 4.0)
-        share = (cpu_seconds(proxy.pid) - used) / (time.monotonic() - begin)
-        sender.wait()
+    share = core_share(proxy.pid, port, span)
     for client in clients:
         client.join()
     stop_mavproxy(proxy)

@@ -1,7 +1,5 @@
 """The plot beside the charts: a flight of known content, chosen and zoomed by real events."""
 
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +15,7 @@ from gsapp.flight.map_tiles import MapTile, MapTiles
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
 from gsapp.quantities.constants import EARTH_RADIUS
+from tests.flight.test_map_tiles import write_tiles
 from tests.ui.window_kit import until
 from ui.flight.map_background import decode_tile
 from ui.main_window import MainWindow
@@ -115,20 +114,21 @@ def test_the_track_of_a_circle_closes(opened: MainWindow, qtbot: QtBot) -> None:
     assert opened.view.plot.note.isVisible()
 
 
+def png(side: int, color: str) -> bytes:
+    """Return a square picture of one color."""
+    picture, buffer = QImage(side, side, QImage.Format.Format_RGB32), QBuffer()
+    picture.fill(QColor(color))
+    picture.save(buffer, "PNG")
+    return bytes(buffer.data().data())
+
+
 @pytest.mark.parametrize(("side", "is_shown"), [(1024, True), (1025, False)])
 def test_a_picture_larger_than_a_tile_is_not_unpacked(
     tmp_path: Path, side: int, is_shown: bool
 ) -> None:
-    picture, buffer = QImage(side, side, QImage.Format.Format_RGB32), QBuffer()
-    picture.fill(QColor("red"))
-    picture.save(buffer, "PNG")
-    with closing(sqlite3.connect(tmp_path / "map.mbtiles")) as connection:
-        connection.execute("CREATE TABLE metadata (name text, value text)")
-        connection.execute("CREATE TABLE tiles (zoom_level integer)")
-        connection.execute("INSERT INTO tiles VALUES (0)")
-        connection.commit()
-    tile = MapTile(zoom=0, column=0, row=0, picture=bytes(buffer.data().data()))
-    image = decode_tile(tile, MapTiles(tmp_path / "map.mbtiles"))
+    path = write_tiles(tmp_path / "map.mbtiles", [(0, 0, 0, None)])
+    tile = MapTile(zoom=0, column=0, row=0, picture=png(side, "red"))
+    image = decode_tile(tile, MapTiles(path))
     assert image.isNull() != is_shown
 
 
@@ -143,25 +143,14 @@ def test_the_track_lies_on_a_map(window: MainWindow, qtbot: QtBot, tmp_path: Pat
         values=np.column_stack([np.full(times.size, latitude), longitude]),
     )  # fmt: skip
     import_flight(write_block(tmp_path / "east.csv", block, "csv"), tmp_path / "east")
-    path = tmp_path / "map.mbtiles"
     first = int((13.0 + 180.0) / 360.0 * 2**zoom)
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("CREATE TABLE metadata (name text, value text)")
-        connection.execute(
-            "CREATE TABLE tiles (zoom_level integer, tile_column integer, tile_row integer,"
-            " tile_data blob)"
-        )
-        for column in range(first - 8, first + 9):
-            for row in range(2 ** (zoom - 1) - 8, 2 ** (zoom - 1) + 8):
-                picture = QImage(256, 256, QImage.Format.Format_RGB32)
-                picture.fill(QColor("red" if row >= 2 ** (zoom - 1) else "blue"))
-                buffer = QBuffer()
-                picture.save(buffer, "PNG")
-                connection.execute(
-                    "INSERT INTO tiles VALUES (?, ?, ?, ?)",
-                    (zoom, column, row, bytes(buffer.data().data())),
-                )
-        connection.commit()
+    equator = 2 ** (zoom - 1)
+    tiles = [
+        (zoom, column, row, png(256, "red" if row >= equator else "blue"))
+        for column in range(first - 8, first + 9)
+        for row in range(equator - 8, equator + 8)
+    ]
+    path = write_tiles(tmp_path / "map.mbtiles", tiles)
     controller = window.flight_controller
     controller.flight_opener.open_flight(tmp_path / "east", playing=False)
     until(qtbot, lambda: controller.is_replay and (window.view._state.replay.end or 0.0) > 39.0)

@@ -5,29 +5,18 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.telemetry.conftest import free_port
 from tests.ui import pilot_kit
 from ui.pilot.cue_display import CueDisplay
 from ui.web_page.page_frame import PageFrame
 from ui.web_page.page_server import PageServer
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        return int(probe.getsockname()[1])
-
-
-def wait_until(condition: Callable[[], object], seconds: float = 30.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
 
 
 def make_frame(end: int = 100, *, text: str = "", **content: Any) -> PageFrame:
@@ -52,7 +41,7 @@ class Page:
     """A page that is served, and a thread that gives it frames as a flight does."""
 
     def __init__(self, host: str = "127.0.0.1", *, is_open: bool = False) -> None:
-        self.port = free_port()
+        self.port = free_port(socket.SOCK_STREAM)
         self.server = PageServer(f"http:{host}:{self.port}", is_open=is_open)
         self.make = make_frame
         self.published = 0

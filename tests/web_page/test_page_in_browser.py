@@ -1,5 +1,6 @@
 """The page in a real Chromium, at the sizes of a phone and a tablet."""
 
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from gsapp.flight.writers import write_flight_csv
+from tests.telemetry.conftest import free_port, wait_until
 from tests.ui import pilot_kit
 from tests.web_page.browser import CHROMIUM, PHONE, SMALL_PHONE, TABLET, Browser
-from tests.web_page.conftest import Page, free_port, make_frame, wait_until
+from tests.web_page.conftest import Page, make_frame
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
 MARKUP = "<img src=x onerror=alert(1)><b>&amp;"
@@ -122,7 +124,7 @@ def test_a_flight_is_replayed_without_a_window_and_shown(browser: Browser, tmp_p
 
     block = make_flight([Input(at=45.0, surface="de")], seconds=60.0).block
     path = write_flight_csv(tmp_path / f"{MARKUP.replace('/', '')}.csv", block, "us")
-    port = free_port()
+    port = free_port(socket.SOCK_STREAM)
     command = [
         sys.executable, "-m", "gsapp", "replay", str(path), "--headless", "--speed", "4",
         "--share", f"http:127.0.0.1:{port}",

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QMenu, QPushButton
 from pytestqt.qtbot import QtBot
 
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
+from tests.telemetry.conftest import free_port
 from tests.ui.window_kit import answer_dialog, open_small_flight, open_window, until
-from tests.web_page.conftest import free_port
 from ui.main_window import MainWindow
 from ui.sharing_menu import ShareDialog
 from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace
@@ -25,7 +25,7 @@ from ui.strips.strip_layout import Strip, StripGroup, StripLayout, Trace
 @pytest.fixture
 def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
     monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "run"))
-    made = open_window(tmp_path, shares=(f"http:127.0.0.1:{free_port()}",))
+    made = open_window(tmp_path, shares=(f"http:127.0.0.1:{free_port(socket.SOCK_STREAM)}",))
     made.disable_close_questions()
     qtbot.addWidget(made)
     yield made
@@ -104,7 +104,7 @@ def test_the_page_shows_what_the_window_shows(
 
 
 def test_the_address_with_its_key_is_copied(window: MainWindow, qtbot: QtBot) -> None:
-    link = f"http:0.0.0.0:{free_port()}"
+    link = f"http:0.0.0.0:{free_port(socket.SOCK_STREAM)}"
 
     def type_address(dialog: ShareDialog) -> None:
         dialog.edit.setText(link)

@@ -12,7 +12,8 @@ import pytest
 from gsapp.foundation import LinkError
 from gsapp.telemetry.settings import TELEMETRY
 from gsapp.telemetry.stream_server import share_address
-from tests.web_page.conftest import Page, free_port, make_frame, wait_until
+from tests.telemetry.conftest import free_port, wait_until
+from tests.web_page.conftest import Page, make_frame
 from ui.web_page.page_frame import PageFrame
 from ui.web_page.page_server import PageServer
 from ui.web_page.settings import WEB_PAGE
@@ -101,7 +102,7 @@ def test_other_computers_need_the_key_unless_the_crew_allows_all(is_open: bool) 
 def test_a_key_is_made_anew_every_time() -> None:
     keys = []
     for _ in range(2):
-        server = PageServer(f"http:0.0.0.0:{free_port()}")
+        server = PageServer(f"http:0.0.0.0:{free_port(socket.SOCK_STREAM)}")
         keys.append(server.url.partition("#")[2])
         server.close()
     assert keys[0] != keys[1]

@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -11,16 +12,16 @@ import pytest
 from gsapp.telemetry.recorder_control import start_recorder
 from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from gsapp.telemetry.recording_settings import RecordingSettings
+from tests.telemetry.conftest import free_port
 from tests.ui.window_kit import Aircraft
 from tests.ui.window_kit import free_port as free_udp_port
-from tests.web_page.conftest import free_port
 
 
 def test_a_flight_is_followed_until_its_recorder_stops(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "run"))
-    port, page, folder = free_udp_port(), free_port(), tmp_path / "flight"
+    port, page, folder = free_udp_port(), free_port(socket.SOCK_STREAM), tmp_path / "flight"
     link = f"udpin:127.0.0.1:{port}"
     settings = RecordingSettings(aircraft="b777", channel_map="b777", calibration="b777")
     settings.prepare_folder(folder, link)
