@@ -21,7 +21,7 @@ _FIGURE_FORMATS = (".png", ".pdf", ".svg")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FleetQuestion:
+class FleetRequest:
     """What is asked of the maneuvers that fit."""
 
     what: str  # ``maneuvers``, ``groups``, ``trend`` or ``changes``.
@@ -63,7 +63,7 @@ def answer_fleet_question(
     console: PlainConsole,
     store: Catalog,
     wanted: ManeuverFilter,
-    question: FleetQuestion,
+    question: FleetRequest,
     json: Path | None,
 ) -> None:
     """Print the answer, and write it as JSON and as a figure where they are asked for."""
@@ -76,7 +76,7 @@ def answer_fleet_question(
 
 
 def _select(
-    store: Catalog, names: Sequence[str], wanted: ManeuverFilter, question: FleetQuestion
+    store: Catalog, names: Sequence[str], wanted: ManeuverFilter, question: FleetRequest
 ) -> list[FleetValues]:
     from gsapp.identification.fleet.fleet_values import select_fleet_values
 
@@ -89,7 +89,7 @@ def _select(
 
 
 def _groups(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetQuestion
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
 ) -> Any:
     from gsapp.cli._console import format_value_and_bound
     from gsapp.identification.fleet.fleet_analysis import groups_json, settings_remarks
@@ -131,7 +131,7 @@ def _groups(
 
 
 def _trend(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetQuestion
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
 ) -> Any:
     from gsapp.cli._console import format_value_and_bound
     from gsapp.identification.fleet.fleet_analysis import fit_trend, settings_remarks, trend_json
@@ -165,7 +165,7 @@ def _trend(
 
 
 def _changes(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetQuestion
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
 ) -> Any:
     from gsapp.identification.fleet.fleet_analysis import (
         changes_json,

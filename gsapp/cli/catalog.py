@@ -115,7 +115,7 @@ def catalog(
     Example: gsapp catalog fleet.sqlite changes Cm_de Cn_dr alpha.bias --since 2026
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._fleet import FleetQuestion, answer_fleet_question
+    from gsapp.cli._fleet import FleetRequest, answer_fleet_question
     from gsapp.cli._usage_errors import as_usage_error, check_is_catalog
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
@@ -132,7 +132,7 @@ def catalog(
     from gsapp.quantities import channel
 
     check_is_catalog(file, "gsapp maneuvers --catalog makes one")
-    question = FleetQuestion(
+    question = FleetRequest(
         what=what, names=tuple(names or ()), by=by, against=tuple(against or ()),
         method=method or "", figure=figure,
     )  # fmt: skip
@@ -195,7 +195,7 @@ def _check_name(catalog: Path, what: str, wanted: str | None, held: Collection[s
 
 def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
     """Read ``V=90 ft/s:110 ft/s``; either end may be empty."""
-    from gsapp.flight.catalog.similarity_numbers import condition_quantity
+    from gsapp.flight.catalog.derived_conditions import condition_quantity
     from gsapp.foundation import FlightError
     from gsapp.quantities import units
 

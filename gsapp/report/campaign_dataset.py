@@ -17,8 +17,8 @@ from urllib.parse import quote
 import numpy as np
 
 from gsapp.flight.catalog import FlightEntry
+from gsapp.flight.catalog.derived_conditions import DERIVED_CONDITIONS
 from gsapp.flight.catalog.records import CONDITION_CHANNELS
-from gsapp.flight.catalog.similarity_numbers import SIMILARITY_NUMBERS
 from gsapp.flight.readers.parquet_file import load_pyarrow
 from gsapp.foundation import FlightError
 from gsapp.foundation.errors import format_os_error
@@ -33,7 +33,7 @@ _DERIVATIVES: Final = {
     "t_start": "double", "t_end": "double", "inputs": "string", "kind": "string",
     "method": "string", "axis": "string", "converged": "bool", "derivative": "string",
     "value": "double", "std": "double", "cramer_rao": "double", "status": "string",
-    **dict.fromkeys((*CONDITION_CHANNELS, *SIMILARITY_NUMBERS), "double"),
+    **dict.fromkeys((*CONDITION_CHANNELS, *DERIVED_CONDITIONS), "double"),
 }  # fmt: skip
 """Type of each column; the last are the conditions before the input."""
 
@@ -113,7 +113,7 @@ def _unit(column: str) -> str:
         return "s"
     if column in ("value", "std", "cramer_rao"):
         return "per radian"
-    known = SIMILARITY_NUMBERS.get(column)
+    known = DERIVED_CONDITIONS.get(column)
     return channel(column).unit if known is None else known.unit
 
 

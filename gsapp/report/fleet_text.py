@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from gsapp.flight.catalog.similarity_numbers import condition_quantity
+from gsapp.flight.catalog.derived_conditions import condition_quantity
 from gsapp.identification.fleet.change_detection import ChangeKind
 from gsapp.identification.fleet.fleet_analysis import (
     FleetTrend,

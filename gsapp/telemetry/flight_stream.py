@@ -87,7 +87,7 @@ class StreamSeal:
         return _LENGTH.pack(len(content)) + self.next_seal(content) + content
 
 
-class BlockReader:
+class SealedBlockReader:
     """Takes blocks out of what the other side sends."""
 
     def __init__(self, seal: StreamSeal, max_block: int) -> None:
@@ -144,7 +144,7 @@ class FlightSender:
         self._nonces = (b"", b"")
         self._seal: StreamSeal | None = None
         self._notes = notes
-        self._note_blocks: BlockReader | None = None
+        self._note_blocks: SealedBlockReader | None = None
         self._waiting: deque[bytes] = deque()
 
     def answer(self, line: bytes) -> bytes:
@@ -165,7 +165,7 @@ class FlightSender:
         self._seal = seals[found[0]]
         if self._notes is None:
             return b"ok\n"
-        self._note_blocks = BlockReader(
+        self._note_blocks = SealedBlockReader(
             StreamSeal(found[0], *self._nonces, NOTES_PURPOSE), TELEMETRY.max_note_block
         )
         return TAKES_NOTES + b"\n"
@@ -243,7 +243,7 @@ class FlightReceiver:
     """
 
     def __init__(self, seal: StreamSeal, events: deque[Event]) -> None:
-        self._blocks = BlockReader(seal, _MAX_BLOCK)
+        self._blocks = SealedBlockReader(seal, _MAX_BLOCK)
         self._events = events
         self.has_events = False
         self.files: dict[str, str] | None = None

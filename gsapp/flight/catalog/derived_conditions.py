@@ -17,7 +17,7 @@ from gsapp.quantities.constants import GRAVITY
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SimilarityNumber:
+class DerivedCondition:
     """A condition that no channel holds."""
 
     title: str
@@ -25,33 +25,33 @@ class SimilarityNumber:
     unit: str  # SI.
 
 
-SIMILARITY_NUMBERS: Final[Mapping[str, SimilarityNumber]] = {
-    "mach": SimilarityNumber(title="Mach number", quantity="ratio", unit=""),
-    "reynolds": SimilarityNumber(title="Reynolds number (chord)", quantity="ratio", unit=""),
-    "wing_loading": SimilarityNumber(title="Wing loading (W/S)", quantity="pressure", unit="Pa"),
+DERIVED_CONDITIONS: Final[Mapping[str, DerivedCondition]] = {
+    "mach": DerivedCondition(title="Mach number", quantity="ratio", unit=""),
+    "reynolds": DerivedCondition(title="Reynolds number (chord)", quantity="ratio", unit=""),
+    "wing_loading": DerivedCondition(title="Wing loading (W/S)", quantity="pressure", unit="Pa"),
 }
 
 
 def condition_quantity(name: str) -> str:
-    """Return the quantity of a condition: a channel, or a similarity number.
+    """Return the quantity of a condition: a channel, or a derived one.
 
     Raises
     ------
     UnknownNameError
         If it is neither.
     """
-    known = SIMILARITY_NUMBERS.get(name)
+    known = DERIVED_CONDITIONS.get(name)
     if known is not None:
         return known.quantity
     try:
         return channel(name).quantity
     except UnknownNameError as error:
         raise UnknownNameError(
-            f"{error}; beside channels there are {', '.join(SIMILARITY_NUMBERS)}"
+            f"{error}; beside channels there are {', '.join(DERIVED_CONDITIONS)}"
         ) from error
 
 
-def similarity_numbers(
+def derived_conditions(
     means: Mapping[str, float], aircraft: Aircraft, info: FlightInfo | None
 ) -> dict[str, float]:
     """Return Mach number, Reynolds number and wing loading (Pa), as far as they are known.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.catalog.similarity_numbers import similarity_numbers
+from gsapp.flight.catalog.derived_conditions import derived_conditions
 from gsapp.flight.flight import Flight
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
@@ -32,7 +32,7 @@ CONDITION_CHANNELS = (
     "mass",
 )
 """Channels whose values at the start of a maneuver are its conditions, beside the
-`SIMILARITY_NUMBERS`."""
+`DERIVED_CONDITIONS`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +50,7 @@ def compute_conditions(
     """Return the conditions at which a maneuver was flown, by channel.
 
     Taken between its start and its input; over the whole of it where the input is not known. With
-    the aircraft that flew it also the `SIMILARITY_NUMBERS`.
+    the aircraft that flew it also the `DERIVED_CONDITIONS`.
     """
     stop = maneuver.t_input if maneuver.t_input > maneuver.t_start else maneuver.t_end
     part = flight.block.between(maneuver.t_start, stop)
@@ -72,7 +72,7 @@ def compute_conditions(
             found[name] = FlightCondition(mean=value, minimum=value, maximum=value)
     if aircraft is not None:
         means = {name: one.mean for name, one in found.items()}
-        for name, value in similarity_numbers(means, aircraft, flight.info).items():
+        for name, value in derived_conditions(means, aircraft, flight.info).items():
             found[name] = FlightCondition(mean=value, minimum=value, maximum=value)
     found.pop("static_pressure", None)
     return found

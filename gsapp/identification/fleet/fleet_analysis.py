@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gsapp.flight.catalog.similarity_numbers import SIMILARITY_NUMBERS, condition_quantity
+from gsapp.flight.catalog.derived_conditions import DERIVED_CONDITIONS, condition_quantity
 from gsapp.foundation import FlightError
 from gsapp.identification.fleet.change_detection import Change, detect_change
 from gsapp.identification.fleet.fleet_values import (
@@ -56,7 +56,7 @@ def condition_unit(name: str) -> str:
     """Return the SI unit of a condition; the year for the date."""
     if name == DATE:
         return "year"
-    known = SIMILARITY_NUMBERS.get(name)
+    known = DERIVED_CONDITIONS.get(name)
     return channel(name).unit if known is None else known.unit
 
 
