@@ -108,9 +108,9 @@ def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> 
     assert voice.update(13.0, [over], slow, [weak]) == ()
     ends = event(15.0, "hands-off", "ends")
     assert words(voice.update(15.0, [ends], slow, [weak])) == []
-    verdict = event(15.5, "verdict", "too-small", "rudder doublet too small: half again")
+    verdict = event(15.5, "verdict", "too-small", "rudder doublet too small: 50 % larger")
     heard = words(voice.update(15.5, [verdict], slow, [weak]))
-    assert heard == ["rudder doublet too small: half again", "battery low"]
+    assert heard == ["rudder doublet too small: 50 percent larger", "battery low"]
     later = []
     for k in range(310, 500):
         later += words(voice.update(k / 20, (), slow, [weak]))

@@ -21,16 +21,16 @@ B777 = load_aircraft("b777")
 SURFACES = st.sampled_from(["de", "da", "dr"])
 
 MEANT = {
-    "half of that": 0.5,
-    "a third less": 2 / 3,
-    "a quarter less": 0.75,
-    "a touch less": 0.9,
-    "a touch more": 1.1,
-    "a quarter more": 1.25,
-    "a third more": 4 / 3,
-    "half again": 1.5,
-    "twice": 2.0,
-    "three times": 3.0,
+    "50 % smaller": 0.5,
+    "35 % smaller": 0.65,
+    "25 % smaller": 0.75,
+    "10 % smaller": 0.9,
+    "10 % larger": 1.1,
+    "25 % larger": 1.25,
+    "35 % larger": 1.35,
+    "50 % larger": 1.5,
+    "twice as large": 2.0,
+    "three times as large": 3.0,
 }
 
 
@@ -72,7 +72,7 @@ def test_a_measured_switch_stays_where_it_can() -> None:
     assert format_stick(B777, "da", 6.0 * DEGREE, rate_switch=1.0) == "third of stick, high rate"
     assert format_stick(B777, "da", 6.0 * DEGREE, rate_switch=0.0) == "half stick, low rate"
     assert format_stick(B777, "da", 19.0 * DEGREE, rate_switch=0.0) == "full stick, high rate"
-    assert format_stick(B777, "de", 1.0 * DEGREE, rate_switch=1.0) == "a touch of stick, low rate"
+    assert format_stick(B777, "de", 1.0 * DEGREE, rate_switch=1.0) == "tenth of stick, low rate"
     assert format_stick(B777, "dr", 12.0 * DEGREE, rate_switch=math.nan) == "half rudder, high rate"
 
 
@@ -106,8 +106,8 @@ def test_factors_are_named_by_the_nearest(factor: float) -> None:
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(1.5, "half again"), (2.1, "twice"), (0.66, "a third less"), (0.5, "half of that"),
-     (9.0, "much more"), (0.1, "much less"), (1.1, "a touch more"), (0.91, "a touch less")],
+    [(1.5, "50 % larger"), (2.1, "twice as large"), (0.66, "35 % smaller"), (0.5, "50 % smaller"),
+     (9.0, "much larger"), (0.1, "much smaller"), (1.1, "10 % larger"), (0.91, "10 % smaller")],
 )  # fmt: skip
 def test_factors_in_words(factor: float, words: str) -> None:
     assert format_amplitude_change(factor) == words

@@ -41,7 +41,7 @@ def _with(block: Block, name: str, values: np.ndarray | float) -> Block:
 
 @pytest.mark.parametrize(
     ("low", "high", "result", "says"),
-    [(1.02, 1.5, "too-small", "a touch more"), (0.5, 0.98, "too-large", "a touch less")],
+    [(1.02, 1.5, "too-small", "10 % larger"), (0.5, 0.98, "too-large", "10 % smaller")],
 )
 def test_a_size_that_was_wrong_is_to_change(
     low: float, high: float, result: str, says: str

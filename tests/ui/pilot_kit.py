@@ -57,9 +57,9 @@ VERDICT = InputVerdict(
     surfaces=("da", "dr"), kind="doublet", amplitudes={"da": 6.2 * DEGREE, "dr": 4.9 * DEGREE},
     halves={"da": (0.5, 0.5), "dr": (0.5, 0.5)}, symmetry={"da": 0.9, "dr": 0.9},
     left_over={}, cross={}, V=100 * FOOT, alpha=4 * DEGREE, result="too-small",
-    findings=(InputFinding(result="too-small", words="rudder doublet too small: half again",
+    findings=(InputFinding(result="too-small", words="rudder doublet too small: 50 % larger",
                       surface="dr", factor=1.5),),
-    advice="rudder doublet too small: half again, two thirds stick", card="C1",
+    advice="rudder doublet too small: 50 % larger, two thirds stick", card="C1",
 )  # fmt: skip
 MISSING = ("bank angle is not measured: wings by rates and lateral acceleration",)
 
@@ -111,7 +111,7 @@ STATES: dict[str, CueSnapshot] = {
     "hands-off": replace(BASE, input_in_progress=moving("hands-off")),
     "too-small": replace(BASE, verdict=VERDICT),
     "too-large": replace(
-        BASE, verdict=verdict("too-large", "rudder too large, yaw rate clipped: a third less")
+        BASE, verdict=verdict("too-large", "rudder too large, yaw rate clipped: 35 % smaller")
     ),
     "too-fast": replace(BASE, verdict=verdict("too-fast", "rudder too fast: 0.5 s each way")),
     "too-slow": replace(BASE, verdict=verdict("too-slow", "rudder too slow: 0.4 s each way")),
@@ -178,7 +178,7 @@ def debrief() -> Debrief:
 
 RESULT_ADVICE = {
     "good": "good", "spoiled": "spoiled: elevator moved with it",
-    "too-large": "rudder too large, yaw rate clipped: a third less",
+    "too-large": "rudder too large, yaw rate clipped: 35 % smaller",
     "not-trimmed": "not trimmed: 8 ft/s slow at the start",
 }  # fmt: skip
 

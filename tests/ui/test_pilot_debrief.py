@@ -63,7 +63,7 @@ def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
     assert (line.state, line.state_text, line.note) == ("caution", "too small", "C1")
     assert line.detail.startswith("02:55.0, 100.0 ft/s")
     said = list_verdict_reasons(judged(), "US")
-    assert said[0] == "rudder doublet too small: half again"
+    assert said[0] == "rudder doublet too small: 50 % larger"
     assert "4.9 ° (wanted 7.0 °" in said[2]
     assert said[3].startswith("begun 1.2 s")
     assert "started without GO" in list_verdict_reasons(judged(go=False), "US")[3]
@@ -85,7 +85,7 @@ def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
     assert page.headline.text().startswith("2026-05-12 flight 2")
     press(qtbot, Qt.Key.Key_Down)
     assert page.title.text() == "M2  aileron and rudder doublet: too small"
-    assert "half again" in page.reasons.text()
+    assert "50 % larger" in page.reasons.text()
     press(qtbot, Qt.Key.Key_Return)
     assert page.scroll_area.hasFocus()
     press(qtbot, Qt.Key.Key_PageDown)

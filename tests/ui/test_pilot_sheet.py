@@ -134,7 +134,7 @@ def test_steering_is_not_shown_as_an_input() -> None:
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     shown = sheet("too-small")
-    assert shown.hints[0].text == "rudder: half again, two thirds stick"
+    assert shown.hints[0].text == "rudder: 50 % larger, two thirds stick"
     # The band is that of the input, not of the card that comes next.
     assert shown.gauges[1].low is None
     aileron, rudder = sheet("too-small", target_input=WANTED).gauges

@@ -164,7 +164,7 @@ def display_unit_text(spec: ChannelSpec, system: str) -> str:
 def advice_text(verdict: InputVerdict) -> str:
     """Return what to do next time, without what the big word says already.
 
-    "rudder doublet too small: half again" becomes "rudder: half again".
+    "rudder doublet too small: 50 % larger" becomes "rudder: 50 % larger".
     """
     before, colon, after = verdict.advice.partition(": ")
     if not colon:

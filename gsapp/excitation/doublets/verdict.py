@@ -39,7 +39,7 @@ class InputFinding:
     result: VerdictResult
     """Which verdict it calls for."""
     words: str
-    """In the pilot's language: "rudder doublet too small: half again"."""
+    """In words: "rudder doublet too small: 50 % larger"."""
     surface: str = ""
     """The surface that it is about; empty for none."""
     factor: float | None = None

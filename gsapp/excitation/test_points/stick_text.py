@@ -11,7 +11,7 @@ from gsapp.excitation.settings import INPUTS
 from gsapp.quantities.constants import DEGREE
 
 STICK_SHARES: Final = {
-    "a touch of": 0.1,
+    "tenth of": 0.1,
     "quarter": 0.25,
     "third of": 1.0 / 3.0,
     "half": 0.5,
@@ -26,20 +26,13 @@ STICK_NAMES: Final = {"de": "stick", "da": "stick", "dr": "rudder"}
 
 
 _FACTORS: Final = {
-    "a quarter of that": 0.25,
-    "a third of that": 1.0 / 3.0,
-    "half of that": 0.5,
-    "a third less": 2.0 / 3.0,
-    "a quarter less": 0.75,
-    "a touch less": 0.9,
-    "a touch more": 1.1,
-    "a quarter more": 1.25,
-    "a third more": 4.0 / 3.0,
-    "half again": 1.5,
-    "twice": 2.0,
-    "three times": 3.0,
-    "four times": 4.0,
+    **{f"{-change} % smaller": 1.0 + change / 100 for change in (-75, -65, -50, -35, -25, -10)},
+    **{f"{change} % larger": 1.0 + change / 100 for change in (10, 25, 35, 50)},
+    "twice as large": 2.0,
+    "three times as large": 3.0,
+    "four times as large": 4.0,
 }
+"""As finely as a pilot can follow."""
 
 
 def format_sticks(
@@ -111,14 +104,14 @@ def format_share(share: float) -> str:
 
 
 def format_amplitude_change(factor: float) -> str:
-    """Return by how much an amplitude should change: "half again", "a third less".
+    """Return by how much an amplitude should change: "50 % larger", "twice as large".
 
-    A tenth more or less is the least that has words.
+    10 % is the least.
     """
     if not factor > 0.0 or factor > INPUTS.max_change:
-        return "much more"
+        return "much larger"
     if factor < INPUTS.min_change:
-        return "much less"
+        return "much smaller"
     return min(_FACTORS, key=lambda text: abs(math.log(_FACTORS[text] / factor)))
 
 

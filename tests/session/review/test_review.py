@@ -209,13 +209,13 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     assert kept() == before
     told = StoredVerdict(
         name="M1", t_input=60.0, t_end=63.0, surfaces=("de",), kind="doublet", V=30.0,
-        result="too-small", advice="half again",
+        result="too-small", advice="50 % larger",
     )  # fmt: skip
     with Catalog(catalog) as opened:
         store_debrief(opened, flight.flight, [told])
     again = open_reviewed_flight(flight.path, catalog=catalog)
     verdict = again.verdict(again["1"])
-    assert verdict.advice == "half again"
+    assert verdict.advice == "50 % larger"
     assert again.verdict(again["2"]) is None
 
 
