@@ -84,7 +84,6 @@ class TrimMonitor:
     def restart(self) -> None:
         """Forget the flight; the test point stays."""
         self._senses = MotionEstimator(self._aircraft, self._dt, self._tolerances)
-        self._changes: list[TrimCue] = []
         self._held_until = -math.inf
         self._begin()
 
@@ -100,10 +99,6 @@ class TrimMonitor:
             maxlen=2 * round(self._tolerances.averaging_time / self._dt) + 1
         )
         self.cue: TrimCue | None = None
-
-    @property
-    def changes(self) -> tuple[TrimCue, ...]:
-        return tuple(self._changes)
 
     # What others know -----------------------------------------------------------------
 
@@ -150,11 +145,10 @@ class TrimMonitor:
             else ()
         )
         wanted = self._wanted(time, off, airborne=airborne)
-        changed = False
         if self._keeper is None:
-            self._keeper, changed = StateHysteresis(wanted, time), True
-        elif self._keeper.step(time, wanted, lost=self._lost(off, wanted)):
-            changed = True
+            self._keeper = StateHysteresis(wanted, time)
+        else:
+            self._keeper.step(time, wanted, lost=self._lost(off, wanted))
         state = self._keeper.state
         blind = state == "blind"
         leg, told_by = senses.leg, senses.leg.source if airborne else ""
@@ -184,8 +178,6 @@ class TrimMonitor:
             leg_time_left=leg.time_left if airborne else None,
             progress=min(self._steady / TRIM.steady_time, 1.0) if state in ("hold", "go") else 0.0,
         )
-        if changed:
-            self._changes.append(self.cue)
 
     # Rules ----------------------------------------------------------------------------
 
