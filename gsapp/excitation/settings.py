@@ -286,6 +286,7 @@ class InformationSettings:
 
     # What the flight taught.
     noise_time: float = 4.0  # Seconds before a maneuver in which the noise is heard.
+    max_noise_stretches: int = 30  # Of an axis, the newest: the air changes over a long flight.
     min_noise_time: float = 2.5  # s; a shorter stretch says too little of the noise.
     pilot_prior_weight: float = 4.0  # What is usual counts as much as so many maneuvers seen.
     unknown_noise_ratio: tuple[float, float] = 1.0, 0.9

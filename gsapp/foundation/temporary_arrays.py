@@ -6,9 +6,10 @@ import contextlib
 import errno
 import mmap
 import os
+import pickle
 import tempfile
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ import platformdirs
 
 MIN_FILE_SIZE = 2**20
 """Bytes below which an array stays in memory."""
+_STORE_STEP = 16 * 2**20  # bytes of one file of an `ObjectStore`
+_ALIGNMENT = 64  # bytes
+Stored = TypeVar("Stored")
 # Errors of file systems that cannot reserve space; writing reserves it on all.
 _CANNOT_RESERVE = (errno.EINVAL, errno.EOPNOTSUPP, errno.ENOSYS)
 
@@ -81,3 +85,38 @@ def create_temporary_array(count: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]
             extend_file(file, size)
             return np.frombuffer(mmap.mmap(file.fileno(), size), dtype=dtype)
     return np.empty(count, dtype=dtype)
+
+
+class ObjectStore:
+    """Keeps objects whose arrays lie in temporary files.
+
+    Objects share files, so that many of them take few handles. A file vanishes with the last
+    object in it.
+    """
+
+    def __init__(self) -> None:
+        self._chunk = create_temporary_array(0, np.uint8)
+        self._used = 0
+
+    def store(self, value: Stored) -> Stored:
+        """Return a copy of an object whose arrays are read-only and lie in a file.
+
+        `value`: anything that can be pickled.
+        """
+        arrays: list[pickle.PickleBuffer] = []
+        data = pickle.dumps(value, protocol=5, buffer_callback=arrays.append)
+        contents = [one.raw() for one in arrays]
+        needed = sum(one.nbytes + _ALIGNMENT for one in contents)
+        if self._used + needed > self._chunk.size:
+            self._chunk, self._used = (
+                create_temporary_array(max(needed, _STORE_STEP), np.uint8), 0
+            )  # fmt: skip
+        places = []
+        for content in contents:
+            stop = self._used + content.nbytes
+            place = self._chunk[self._used : stop]
+            place[:] = content
+            places.append(memoryview(place).toreadonly())
+            self._used = stop + -stop % _ALIGNMENT
+        kept: Stored = pickle.loads(data, buffers=places)  # noqa: S301 (written above)
+        return kept

@@ -4,8 +4,8 @@ The frames of a virtual flight in the air, with maneuvers, are sent again and ag
 sequence numbers and checksums that go on, down the whole road: framed and written as the recorder
 does it, read back from the growing files, decoded, kept, watched for alarms and cues, estimated by
 FTR and maximum likelihood, and painted by strip charts. All of it happens in this process, as fast
-as it goes. Time is simulated; nothing knows the difference. MINUTES of it follow as an argument
-(60).
+as it goes, but for the fits, which have their own, as beside a window. Time is simulated; nothing
+knows the difference. MINUTES of it follow as an argument (60).
 
 What counts is the memory that belongs to no file. The samples of a flight lie in a temporary
 file, of which the system keeps in memory what it has room for.
@@ -106,14 +106,20 @@ def endless(flight: Path) -> Iterator[tuple[float, bytes]]:
         round_number += 1
 
 
-def anonymous_memory() -> float | None:
-    status = Path("/proc/self/status")
+def anonymous_memory(process: int | str = "self") -> float | None:
+    status = Path(f"/proc/{process}/status")
     if not status.exists():
         return None
     for line in status.read_text(encoding="ascii").splitlines():
         if line.startswith("RssAnon:"):
             return int(line.split()[1]) / 1024.0
     return None
+
+
+def children_memory() -> float:
+    """Return the memory of the largest process that this one began, MB."""
+    children = Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="ascii")
+    return max((anonymous_memory(int(one)) or 0.0 for one in children.split()), default=0.0)
 
 
 @dataclass(slots=True)
@@ -130,7 +136,7 @@ class Road:
         from PySide6.QtWidgets import QApplication
 
         from gsapp.session import Session
-        from gsapp.session.live_estimation.fit_workers import InlineFitWorker
+        from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
         from ui.flight.chart_selection import OVERVIEW_LAYOUT, create_shipped_layout
         from ui.strips.strip_chart import StripChart
 
@@ -146,7 +152,7 @@ class Road:
             aircraft="b777",
             clock=self.clock.monotonic,
             wall_us=self.clock.now_us,
-            workers=InlineFitWorker(),
+            workers=ProcessFitWorker(),
         )
         chart = StripChart(timed=False)
         chart.resize(1280, 800)
@@ -158,6 +164,7 @@ class Road:
             for look in range(looks):
                 self._send(recorder, stream, second + (look + 1) * LOOK)
                 session.update()
+                session.estimates.fits.wait()
             recorder.status("recording")
             session.snapshot()
             session.messages()
@@ -209,7 +216,7 @@ def main(*options: str) -> dict[int, float]:
             print(
                 f"    after {minute:3} min {used:7.1f} MB   {road.messages:9,} messages, "
                 f"{len(session.history.channels)} channels of {rows:,} samples, "
-                f"{len(session.estimates.result.results)} fits, "
+                f"{len(session.estimates.result.results)} fits in {children_memory():.0f} MB, "
                 f"{len(list(Path('/proc/self/fd').iterdir()))} handles",
                 flush=True,
             )

@@ -384,6 +384,19 @@ def test_words_of_a_prospect() -> None:
     assert "Cn_r" not in describe_forecast(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
 
 
+def test_noise_of_a_long_flight_is_that_of_its_newest_stretches() -> None:
+    """However many maneuvers there were, what is kept of their noise does not grow."""
+    known = FlightKnowledge(initial_model=MODEL, rate=RATE, mass=_aircraft().mass.mass)
+    usual = assumed_noise(_aircraft(), AXIS_RESPONSES["lon"], RATE)
+    limit = INFORMATION.max_noise_stretches
+    for level in (1.0, *[4.0] * limit):
+        heard = replace(usual, autocovariance=level * usual.autocovariance, duration=4.0)
+        known = known.with_noise("lon", heard)
+    assert len(known.measured_noise["lon"]) == limit
+    pooled = known.noise("lon", _aircraft())
+    np.testing.assert_allclose(pooled.variances, 4.0 * usual.variances)
+
+
 def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
     virtual = _flown(5302, "lat")
     learned = []

@@ -71,3 +71,24 @@ def test_estimates_of_a_long_flight_read_back_as_given() -> None:
         np.testing.assert_array_equal(one.companions, verdicts)
         np.testing.assert_array_equal(one.qualities, qualities)
         assert one.last_time == times[-1]
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="the system tells no maps")
+def test_stored_objects_share_files() -> None:
+    """What is stored equals what was given, cannot be written to, and outlives the store."""
+    rng = np.random.default_rng(7)
+    given = [(f"maneuver {n}", rng.normal(size=(40, 3)), {"empty": np.empty(0)}) for n in range(50)]
+    large = np.arange(temporary_arrays._STORE_STEP // 8 + 1)  # larger than a file of the store
+    handles = len(list(Path("/proc/self/fd").iterdir()))
+    store = temporary_arrays.ObjectStore()
+    kept = [store.store(one) for one in given]
+    beside = store.store(large)
+    assert len(list(Path("/proc/self/fd").iterdir())) <= handles + 2
+    del store
+    for (name, values, more), (kept_name, kept_values, kept_more) in zip(given, kept, strict=True):
+        assert kept_name == name
+        np.testing.assert_array_equal(kept_values, values)
+        assert file_backed(kept_values)
+        assert not kept_values.flags.writeable
+        assert kept_more["empty"].size == more["empty"].size
+    np.testing.assert_array_equal(beside, large)

@@ -143,8 +143,8 @@ class FlightKnowledge:
         return pool_noise([one for one in heard if one.responses == heard[-1].responses])
 
     def with_noise(self, axis: Axis, noise: ResponseNoise) -> FlightKnowledge:
-        heard = {**self.measured_noise, axis: (*self.measured_noise.get(axis, ()), noise)}
-        return replace(self, measured_noise=heard)
+        heard = (*self.measured_noise.get(axis, ()), noise)[-INFORMATION.max_noise_stretches :]
+        return replace(self, measured_noise={**self.measured_noise, axis: heard})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

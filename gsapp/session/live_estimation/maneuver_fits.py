@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation.temporary_arrays import ObjectStore
 from gsapp.identification.campaign import (
     CampaignResult,
     CampaignSettings,
@@ -86,6 +87,7 @@ class ManeuverFits:
         self._tries: dict[str, int] = {}
         self._order: list[str] = []
         self._found: dict[str, ManeuverResult] = {}
+        self._store = ObjectStore()
         self._failures: dict[str, str] = {}
         self._result: CampaignResult | None = None
 
@@ -151,7 +153,7 @@ class ManeuverFits:
             if error is not None:
                 self._failures[name] = f"the fit failed ({error or type(error).__name__})"
             else:
-                self._found[name] = done.result().result
+                self._found[name] = self._store.store(done.result().result)
                 self._result = None
                 self._failures.pop(name, None)
                 if self._found[name].failure:
