@@ -17,7 +17,7 @@ import platformdirs
 
 MIN_FILE_SIZE = 2**20
 """Bytes below which an array stays in memory."""
-_STORE_STEP = 16 * 2**20  # bytes of one file of an `ObjectStore`
+_STORE_STEP = 16 * 2**20  # bytes of the first file of an `ObjectStore`; each is twice the last
 _ALIGNMENT = 64  # bytes
 Stored = TypeVar("Stored")
 # Errors of file systems that cannot reserve space; writing reserves it on all.
@@ -97,6 +97,7 @@ class ObjectStore:
     def __init__(self) -> None:
         self._chunk = create_temporary_array(0, np.uint8)
         self._used = 0
+        self._step = _STORE_STEP
 
     def store(self, value: Stored) -> Stored:
         """Return a copy of an object whose arrays are read-only and lie in a file.
@@ -108,15 +109,14 @@ class ObjectStore:
         contents = [one.raw() for one in arrays]
         needed = sum(one.nbytes + _ALIGNMENT for one in contents)
         if self._used + needed > self._chunk.size:
-            self._chunk, self._used = (
-                create_temporary_array(max(needed, _STORE_STEP), np.uint8), 0
-            )  # fmt: skip
+            self._chunk = create_temporary_array(max(needed, self._step), np.uint8)
+            self._used, self._step = 0, 2 * self._step
         places = []
         for content in contents:
             stop = self._used + content.nbytes
             place = self._chunk[self._used : stop]
             place[:] = content
-            places.append(memoryview(place).toreadonly())
+            places.append(place.data.toreadonly())
             self._used = stop + -stop % _ALIGNMENT
         kept: Stored = pickle.loads(data, buffers=places)  # noqa: S301 (written above)
         return kept

@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.aircraft.config import MassProperties
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.air_data_histories import add_air_data
 from gsapp.flight.flown_aircraft import FlownAircraft, apply_flight_info
@@ -116,18 +117,13 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     """
     times = flight.block.times
     properties, info = aircraft.mass, flight.info
-    start = properties.mass
-    if info is not None and info.takeoff_weight is not None:
-        start = info.takeoff_weight / GRAVITY
-    fuel = properties.fuel if info is None or info.fuel is None else info.fuel
+    start, fuel = takeoff_mass(aircraft, info)
     lost = _fuel_burned(info, start, fuel)
     if times.size < 2:
         return np.full(times.size, start)
-    idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
     throttle = flight.block["throttle"] if "throttle" in flight.block else np.zeros(times.size)
-    flow = idle + (full - idle) * np.clip(np.nan_to_num(throttle), 0.0, 1.0)
-    if full == 0.0:
-        flow = np.ones(times.size)
+    full = properties.fuel_flow_full
+    flow = np.ones(times.size) if full == 0.0 else fuel_flow(throttle, properties)
     # A pause of the record (the night between two flights) burns nothing.
     steps = np.diff(times)
     steps = np.where(steps > 2.5 * median_step(times), 0.0, steps)
@@ -139,6 +135,23 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     else:
         burned = np.minimum(burned, fuel)
     return np.asarray(start - burned, dtype=np.float64)
+
+
+def takeoff_mass(aircraft: Aircraft, info: FlightInfo | None) -> tuple[float, float]:
+    """Return the mass at take-off and the fuel on board then, kg.
+
+    `aircraft`, `info`: as for `mass_over_flight`.
+    """
+    mass, fuel = aircraft.mass.mass, aircraft.mass.fuel
+    if info is not None and info.takeoff_weight is not None:
+        mass = info.takeoff_weight / GRAVITY
+    return mass, fuel if info is None or info.fuel is None else info.fuel
+
+
+def fuel_flow(throttle: FloatArray, properties: MassProperties) -> FloatArray:
+    """Return the fuel flow (kg/s) by the throttle (0 to 1), shape (n,); idle where it is NaN."""
+    idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
+    return idle + (full - idle) * np.clip(np.nan_to_num(throttle), 0.0, 1.0)
 
 
 def _fuel_burned(info: FlightInfo | None, start: float, fuel: float) -> float | None:

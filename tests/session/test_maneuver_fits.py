@@ -16,9 +16,10 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.flight import load_flight
+from gsapp.flight.info import FlightInfo
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult
-from gsapp.identification.maneuver import cut_maneuver
+from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
 from gsapp.session import Session
 from gsapp.session.live_estimation.estimate_monitor import ManeuverCutter
 from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
@@ -134,6 +135,24 @@ def test_the_cut_is_that_of_the_whole_flight(
     for name in ("p", "beta", "ay", "V", "dr"):
         np.testing.assert_array_equal(cut.block[name], whole.block[name])
     assert cut.mass == pytest.approx(whole.mass, abs=0.01)
+
+
+def test_fuel_is_counted_once_and_by_the_throttle(
+    session: Session, verdicts: tuple[InputVerdict, ...]
+) -> None:
+    """Maneuver after maneuver, one alone, one again; what is left after landing says nothing."""
+    aircraft = session.aircraft
+    assert aircraft is not None
+    whole = mass_over_flight(load_flight(session.path), aircraft)
+    info = FlightInfo(takeoff_weight=f"{whole[0] * 9.80665} N", landing_weight=f"{whole[0]} N")
+    cut = ManeuverCutter(session.history, aircraft, lambda: info, session.name)
+    masses = [cut(one).mass for one in (*verdicts, verdicts[0])]
+    assert masses[0] > masses[1]
+    assert masses[2] == pytest.approx(masses[0], abs=1e-9)
+    alone = ManeuverCutter(session.history, aircraft, lambda: None, session.name)(verdicts[1]).mass
+    assert masses[1] == pytest.approx(alone, abs=1e-9)
+    at = np.searchsorted(load_flight(session.path).block.times, verdicts[1].t_input) - 1
+    assert alone == pytest.approx(whole[at], abs=1e-6)
 
 
 def die_of_the_first(request: FitRequest) -> FitResponse:

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.aircraft.config import MassProperties
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.flight import Flight
@@ -22,7 +23,8 @@ from gsapp.identification.maneuver import (
     Maneuver,
     correct_for_burned_fuel,
     cut_maneuver,
-    mass_over_flight,
+    fuel_flow,
+    takeoff_mass,
 )
 from gsapp.quantities import Block
 from gsapp.session.live_estimation.estimate_table import EstimateRow, build_estimate_rows
@@ -56,6 +58,10 @@ class ManeuverCutter:
         self._aircraft = aircraft
         self._info = info
         self._name = name
+        # Start of the history that fuel was counted from, time up to which it was, and kg.
+        self._counted_from: float | None = None
+        self._counted_to = -math.inf
+        self._burned = 0.0
 
     def __call__(self, verdict: InputVerdict) -> Maneuver:
         """Cut the maneuver that a verdict is about.
@@ -87,14 +93,31 @@ class ManeuverCutter:
         return Flight(name=self._name, path=Path(self._name), block=block, sources={}, info=info)
 
     def _mass_at(self, time: float, aircraft: Aircraft, info: FlightInfo | None) -> float:
-        """Return the mass that is left by what was burned so far, kg."""
+        """Return the mass that is left by what was burned so far, kg.
+
+        By the throttle alone: what was left after landing says nothing of the time between.
+        """
+        mass, fuel = takeoff_mass(aircraft, info)
+        if aircraft.mass.fuel_flow_full == 0.0:
+            return mass
+        return mass - min(self._count_fuel(time, aircraft.mass), fuel)
+
+    def _count_fuel(self, time: float, properties: MassProperties) -> float:
+        """Return the fuel burned by a time, kg; only what is new since the last is read."""
         history = self._history
+        if history.start is None:
+            return 0.0
+        if history.start != self._counted_from or time < self._counted_to:
+            # The vehicle's clock may have run for long before anything was recorded.
+            self._counted_from = self._counted_to = history.start
+            self._burned = 0.0
         channels = (_BURNS,) if history.has(_BURNS) else ()
-        # The vehicle's clock may have run for long before anything was recorded.
-        before = history.block(channels, time if history.start is None else history.start, time)
-        if not len(before):
-            return aircraft.mass.mass
-        return float(mass_over_flight(self._part(before, info), aircraft)[-1])
+        block = history.block(channels, self._counted_to, time)
+        if len(block):
+            throttle = block[_BURNS] if channels else np.zeros(len(block))
+            self._burned += float(np.trapezoid(fuel_flow(throttle, properties), block.times))
+            self._counted_to = float(block.times[-1])
+        return self._burned
 
 
 class EstimateMonitor:
