@@ -58,7 +58,7 @@ def debrief(
 
     Also how the test cards were flown, and trends from flight to flight.
 
-    Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, spoiled,
+    Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, invalid,
     good, and what to do next time. With a catalog they are kept beside the grades of the
     maneuvers, and its flights are compared.
 

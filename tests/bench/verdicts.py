@@ -9,13 +9,13 @@ first that is beyond its limit is the label:
 - too large, clipped: a true rate beyond the gyro's range for 0.03 s;
 - not trimmed: a mean over the last true second beyond twice the stated tolerances of GO
   (`TrimTolerances`; bank as stated for the instruments at hand), or airspeed beyond twice 5 ft/s;
-- spoiled by a stick: another true surface beyond 35 % of the main one, both as shares of travel;
+- invalid by a stick: another true surface beyond 35 % of the main one, both as shares of travel;
   the moved one left beyond 40 % of its amplitude; hands off for less than half of the interval
   that `TargetInput` states, until the pilot's hand moves a true surface by 0.3 deg;
 - too small: a true surface's amplitude below the band that `TargetInput` states for the true model
   and the noise of the day;
 - too large: true alpha, beta or a_n out of the linear range for 0.1 s;
-- spoiled by gusts: what gusts add to the true answer (against a second run of the same sticks in
+- invalid by gusts: what gusts add to the true answer (against a second run of the same sticks in
   air that stays as it was when the input began) beyond half of the answer without them, root mean
   square over what answers to the surfaces (elevator alpha, q, a_n; aileron p, r; rudder beta, p, r,
   a_y) until the hands-off interval ends;

@@ -125,7 +125,7 @@ def test_trends_tell_sizes_errors_and_time() -> None:
 
 
 def test_trends_come_from_the_catalog_flight_by_flight(tmp_path: Path) -> None:
-    flights = {"b": [judged(1, 20.0)], "a": [judged(1, 10.0, "spoiled"), judged(2, 50.0)]}
+    flights = {"b": [judged(1, 20.0)], "a": [judged(1, 10.0, "invalid"), judged(2, 50.0)]}
     score = (CardScore(card="C1", title="both", good=1, flown=2, requested=4),)
     with Catalog(tmp_path / "c.sqlite") as catalog:
         for name, maneuvers in flights.items():

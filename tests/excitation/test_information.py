@@ -278,10 +278,10 @@ def test_bounds_add_up_like_one_joint_fit() -> None:
             assert bound.std == pytest.approx(told[bound.name].std, rel=0.25)
 
 
-def test_spoiled_maneuvers_and_lost_channels() -> None:
+def test_invalid_maneuvers_and_lost_channels() -> None:
     virtual = _flown(5302, "lat")
     for result, without, expected_to_bring in (
-        ("spoiled", "", False),
+        ("invalid", "", False),
         ("too-small", "beta", True),
         ("good", "phi", True),
     ):

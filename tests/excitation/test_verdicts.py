@@ -106,10 +106,10 @@ def test_recognized_at_once_and_judged_as_soon_as_the_hands_may_come_back() -> N
 
 
 def test_a_hand_put_on_again_ends_the_interval_at_once() -> None:
-    """Hands back after a second: spoiled, said at once, with how long they were off."""
+    """Hands back after a second: invalid, said at once, with how long they were off."""
     flown = _clean(hands_off=1.0)
     verdict = listen(flown).verdicts[0]
-    assert verdict.result == "spoiled"
+    assert verdict.result == "invalid"
     assert "hands off for" in verdict.advice
     assert verdict.given_at < flown.t_hand + 0.5
     assert verdict.t_end == pytest.approx(flown.t_hand + 0.15, abs=0.2)
@@ -320,7 +320,7 @@ def test_a_stick_that_comes_all_the_way_back_late_is_in_a_hand() -> None:
     assert abs(away) > 0.35 * DEGREE
     values[:, elevator] -= away * np.clip((block.times - hand) / 0.3, 0.0, 1.0)
     verdict = watched(flown, replace(block, values=values))[0]
-    assert verdict.result == "spoiled"
+    assert verdict.result == "invalid"
     assert verdict.t_end == pytest.approx(hand, abs=0.4)
 
 
@@ -329,7 +329,7 @@ def test_a_small_doublet_that_was_expected_is_judged_though_a_hand_follows_at_on
     assert max(map(abs, flown.plan.amplitudes.values())) < 1.0 * DEGREE
     (verdict,) = own(flown, listen(flown).verdicts)
     assert verdict.surfaces == flown.plan.surfaces
-    assert verdict.result == "spoiled"
+    assert verdict.result == "invalid"
 
 
 def test_another_shape_than_the_one_expected_is_told() -> None:

@@ -155,12 +155,12 @@ def label(flown: FlownInput, wanted: TargetInput) -> Label:
 _RESULTS = {
     "clipped": "too-large",
     "trim": "not-trimmed",
-    "stick": "spoiled",
-    "back": "spoiled",
-    "hands": "spoiled",
+    "stick": "invalid",
+    "back": "invalid",
+    "hands": "invalid",
     "small": "too-small",
     "linear": "too-large",
-    "gusts": "spoiled",
+    "gusts": "invalid",
     "quick": "too-fast",
     "slow": "too-slow",
 }

@@ -166,7 +166,7 @@ def test_verdicts_come_back_with_the_maneuver_found_there_and_its_grade(tmp_path
     said = (
         verdict(1, first.t_input),
         verdict(2, second.t_input + 0.05, "too-small"),
-        verdict(3, FOUND[-1].t_end + 20.0, "spoiled", V=None),
+        verdict(3, FOUND[-1].t_end + 20.0, "invalid", V=None),
     )
     with Catalog(tmp_path / "c.sqlite") as catalog:
         store_debrief(catalog, FLIGHT, said, SCORES, aircraft="B777")
@@ -186,8 +186,28 @@ def test_verdicts_come_back_with_the_maneuver_found_there_and_its_grade(tmp_path
         assert by_maneuver[first.id] == "good"
         assert by_maneuver[second.id] == "too-small"
         assert by_maneuver[FOUND[1].id] == ""
-        assert [one.name for one in search_verdicts(catalog, result="spoiled")] == ["M3"]
+        assert [one.name for one in search_verdicts(catalog, result="invalid")] == ["M3"]
         assert search_verdicts(catalog, card="E1") == ()
+
+
+def test_verdicts_of_an_older_catalog_have_their_present_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program called them `spoiled` once; other texts of a verdict stay."""
+    path = tmp_path / "c.sqlite"
+    old = verdict(
+        1, 5.0, "spoiled", advice="spoiled: rudder moved too",
+        record={"verdict": {"result": "spoiled", "findings": [{"result": "spoiled"}]}},
+    )  # fmt: skip
+    with monkeypatch.context() as patched:
+        patched.setattr(schema, "MIGRATIONS", schema.MIGRATIONS[:4])
+        with Catalog(path) as catalog:
+            store_debrief(catalog, FLIGHT, (old, verdict(2, 9.0)), SCORES)
+    with Catalog(path) as catalog:
+        first, second = search_verdicts(catalog)
+    assert (first.result, second.result) == ("invalid", "good")
+    assert first.record == {"verdict": {"result": "invalid", "findings": [{"result": "invalid"}]}}
+    assert first.advice == old.advice
 
 
 def test_a_second_debrief_takes_the_place_of_the_first(tmp_path: Path) -> None:

@@ -235,12 +235,12 @@ def test_a_fit_whose_worker_was_killed_is_made_anew(
     fits.close()
 
 
-def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
+def test_what_was_invalid_is_not_fitted_and_a_reset_forgets(
     session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
     fits = fits_of(session, InlineFitWorker())
     first, second = verdicts
-    fits.update((replace(first, result="spoiled"), second), None)
+    fits.update((replace(first, result="invalid"), second), None)
     assert [one.maneuver.id for one in fits.result.results] == ["M2"]
     fits.reset()
     assert fits.result.results == ()

@@ -118,7 +118,7 @@ STATES: dict[str, CueSnapshot] = {
     "not-trimmed": replace(
         BASE, verdict=verdict("not-trimmed", "not trimmed: 8 ft/s slow at the start")
     ),
-    "spoiled": replace(BASE, verdict=verdict("spoiled", "spoiled: elevator moved with it")),
+    "invalid": replace(BASE, verdict=verdict("invalid", "invalid: elevator moved with it")),
     "unclear": replace(BASE, verdict=verdict("unclear", "unclear: yaw rate is missing")),
     "good": replace(BASE, verdict=verdict("good", "good")),
     "danger": replace(BASE, alerts=(danger("nose sensors lost: land"),)),
@@ -151,7 +151,7 @@ def judged(name: str = "M7", made: InputVerdict = VERDICT, *, go: bool = True) -
 
 def debrief() -> Debrief:
     """Return a debrief of eight maneuvers."""
-    results = ("good", "too-small", "good", "spoiled", "too-large", "good", "not-trimmed", "good")
+    results = ("good", "too-small", "good", "invalid", "too-large", "good", "not-trimmed", "good")
     made = tuple(
         judged(
             f"M{index + 1}",
@@ -177,7 +177,7 @@ def debrief() -> Debrief:
 
 
 RESULT_ADVICE = {
-    "good": "good", "spoiled": "spoiled: elevator moved with it",
+    "good": "good", "invalid": "invalid: elevator moved with it",
     "too-large": "rudder too large, yaw rate clipped: 35 % smaller",
     "not-trimmed": "not trimmed: 8 ft/s slow at the start",
 }  # fmt: skip

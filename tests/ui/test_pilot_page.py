@@ -108,7 +108,7 @@ def test_states_are_shown_in_their_color_and_letters_in_ink(
 def test_every_state_has_a_shape_of_its_own_in_black_and_white(window, flown):
     seen: dict[str, np.ndarray] = {}
     for name in ("hold", "go", "gusty", "turn", "blind", "too-small", "too-large", "too-fast",
-                 "too-slow", "not-trimmed", "spoiled", "good", "danger"):  # fmt: skip
+                 "too-slow", "not-trimmed", "invalid", "good", "danger"):  # fmt: skip
         page = show(window, flown, STATES[name])
         shown = pixels(page, inner(page.compute_regions().sign))
         ink = shown != np.bincount(shown.ravel() & 0xFFFFFF).argmax()

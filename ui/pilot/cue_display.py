@@ -123,7 +123,7 @@ RESULT_SIGNS: Final[Mapping[VerdictResult, tuple[str, SignName, DisplayTone]]] =
     "too-fast": (QT_TR_NOOP("TOO FAST"), "slower", "caution"),
     "too-slow": (QT_TR_NOOP("TOO SLOW"), "quicker", "caution"),
     "not-trimmed": (QT_TR_NOOP("NOT TRIMMED"), "level", "caution"),
-    "spoiled": (QT_TR_NOOP("SPOILED"), "cross", "caution"),
+    "invalid": (QT_TR_NOOP("INVALID"), "cross", "caution"),
     "unclear": (QT_TR_NOOP("UNCLEAR"), "unknown", "unknown"),
 }
 """Word, shape and color of every verdict; an arrow shows what to do next time."""

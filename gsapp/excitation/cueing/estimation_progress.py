@@ -27,7 +27,7 @@ from gsapp.quantities import Block
 # that what is known at a moment depends on the flight alone.
 
 _LEARNED_FROM: Final = ("good", "too-small", "too-fast", "too-slow", "not-trimmed")
-"""Verdicts whose maneuvers still say something true, if little; what clipped or was spoiled
+"""Verdicts whose maneuvers still say something true, if little; what clipped or was invalid
 does not."""
 
 

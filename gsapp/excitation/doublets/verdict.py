@@ -9,7 +9,7 @@ from typing import Literal
 from gsapp.flight.maneuvers.detected_maneuver import Grade
 
 VerdictResult = Literal[
-    "good", "too-small", "too-large", "too-fast", "too-slow", "not-trimmed", "spoiled", "unclear"
+    "good", "too-small", "too-large", "too-fast", "too-slow", "not-trimmed", "invalid", "unclear"
 ]
 """``unclear``: too little was measured to judge, or the input was cut short by a gap."""
 

@@ -214,18 +214,18 @@ def _check_cross_input(case: InputCase) -> list[InputFinding]:
     shares = cross_input_ratios(measured.cross_deflections, case.setting, measured.inputs)
     for surface, share in shares.items():
         if INPUT_CRITERIA.cross_input.is_invalid(share):
-            text = f"spoiled: {SURFACE_WORDS[surface]} moved too"
-            found.append(InputFinding(result="spoiled", words=text, surface=surface))
+            text = f"invalid: {SURFACE_WORDS[surface]} moved too"
+            found.append(InputFinding(result="invalid", words=text, surface=surface))
     for surface, share in measured.residual_deflection.items():
         if INPUT_CRITERIA.residual_deflection.is_invalid(share):
-            text = f"spoiled: {SURFACE_WORDS[surface]} not returned to neutral"
-            found.append(InputFinding(result="spoiled", words=text, surface=surface))
+            text = f"invalid: {SURFACE_WORDS[surface]} not returned to neutral"
+            found.append(InputFinding(result="invalid", words=text, surface=surface))
     wanted = case.target_input
     if wanted is not None and INPUT_CRITERIA.hands_off_lack.is_invalid(
         1.0 - measured.hands_off_time / wanted.hands_off
     ):
-        text = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
-        found.append(InputFinding(result="spoiled", words=text))
+        text = f"invalid: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
+        found.append(InputFinding(result="invalid", words=text))
     return found
 
 
@@ -271,11 +271,11 @@ def _check_gusts(case: InputCase) -> list[InputFinding]:
     gusts = case.measured.gust_fraction
     if gusts is not None:
         most = INPUT_CRITERIA.gust_factor * case.pre_input_motion_ratio
-        spoiled = min(gusts, most) > INPUT_CRITERIA.gust_fraction
+        too_gusty = min(gusts, most) > INPUT_CRITERIA.gust_fraction
     else:
-        spoiled = INPUT_CRITERIA.pre_input_motion.is_invalid(case.pre_input_motion_ratio)
+        too_gusty = INPUT_CRITERIA.pre_input_motion.is_invalid(case.pre_input_motion_ratio)
     text = "invalid, gusts: wait for calmer air"
-    return [InputFinding(result="spoiled", words=text)] if spoiled else []
+    return [InputFinding(result="invalid", words=text)] if too_gusty else []
 
 
 def _check_step_width(case: InputCase) -> list[InputFinding]:

@@ -153,7 +153,7 @@ class InformationTracker:
         rows: FlightRows | None,
         card: TestCard | None = None,
     ) -> None:
-        """Take in a maneuver, spoiled ones bring nothing, and the card that it was flown for.
+        """Take in a maneuver, invalid ones bring nothing, and the card that it was flown for.
 
         The rows begin `INFORMATION.noise_time` before it, as far as there are.
         """

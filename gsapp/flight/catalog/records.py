@@ -221,7 +221,7 @@ class StoredVerdict:
     V: float | None
     """Airspeed before it, m/s."""
     result: str
-    """``good``, ``too-small``, ``spoiled`` ..."""
+    """``good``, ``too-small``, ``invalid`` ..."""
     advice: str
     """What the pilot was told."""
     card: str = ""

@@ -182,5 +182,13 @@ _FLEET: Final = (
     )""",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _CAMPAIGN_RUNS, _FLEET)
+# Until then a verdict that is `invalid` was called `spoiled`.
+_INVALID_VERDICTS: Final = (
+    """UPDATE verdicts SET result = replace(result, 'spoiled', 'invalid'),
+        record = replace(record, '"result": "spoiled"', '"result": "invalid"')""",
+)
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (
+    _FIRST, _VERDICTS, _CAMPAIGN_RUNS, _FLEET, _INVALID_VERDICTS,
+)  # fmt: skip
 """Statements of each step, oldest first."""

@@ -221,7 +221,7 @@ def _update_variances(
         for name, size in expected.items():
             if size > 0.0:
                 found.setdefault(name, []).append(held[name] / size)
-    # The median over maneuvers: one that stalled, or was spoiled, says nothing of the air.
+    # The median over maneuvers: one that stalled, or was invalid, says nothing of the air.
     ratios = {
         name: float(
             np.clip(

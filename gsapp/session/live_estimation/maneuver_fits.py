@@ -26,7 +26,7 @@ from gsapp.session.monitor_settings import MONITORS
 if TYPE_CHECKING:
     from gsapp.session.live_estimation.fit_workers import FitWorker
 
-UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
+UNUSABLE_VERDICTS: Final = ("invalid", "unclear")
 """Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
 CutManeuver = Callable[[InputVerdict], Maneuver]
 
