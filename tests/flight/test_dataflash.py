@@ -517,3 +517,15 @@ def test_a_number_of_a_text_log_that_is_none_costs_its_line(tmp_path, line, numb
     path.write_text(text.replace(line + "0", line + number, 1).replace(line + "5", line + number))
     read = read_dataflash(path)
     assert sum(table.times.size for key, table in read.tables.items() if key[0] == "IMU") >= 39
+
+
+def test_a_column_without_a_name_costs_that_message_alone(tmp_path):
+    path = tmp_path / "x.bin"
+    path.write_bytes(flight_log(count=20)[0])
+    text = as_text(path)
+    broken = text.replace("TimeUS,Roll,Pitch", "TimeUS,,Pitch", 1)
+    assert broken != text
+    path.write_text(broken)
+    read = read_dataflash(path)
+    assert "BARO" in read.messages
+    assert "ATT" not in read.messages

@@ -114,7 +114,7 @@ def _define(messages: dict[str, TextRecords], line: str) -> bool:
     kind, name, letters, columns = parts[0], parts[2], parts[3], tuple(parts[4:])
     if name == "FMT" or _ARRAY in letters:
         return True
-    if not name or not len(set(columns)) == len(columns) == len(letters):
+    if not all((name, *columns)) or not len(set(columns)) == len(columns) == len(letters):
         return False
     known = messages.get(name)
     if known is None or (known.letters, known.columns) != (letters, columns):
