@@ -221,7 +221,7 @@ COMMANDS: tuple[Command, ...] = (
         QT_TR_NOOP("Pilot"), "", "nothing",
         _command("pilot_page", QT_TR_NOOP("1 In flight"), "Alt+1", needs="pilot"),
         _command("pilot_debrief", QT_TR_NOOP("2 Debrief"), "Alt+2", needs="pilot"),
-        _command("pilot_window", QT_TR_NOOP("The page in a window of its own"), "Shift+F3",
+        _command("pilot_window", QT_TR_NOOP("Pilot page in a separate window"), "Shift+F3",
                  rule=True),
         _command("pilot_speak", QT_TR_NOOP("Speak the cues in flight"), "Ctrl+Shift+S"),
     ),

@@ -58,8 +58,8 @@ def write_sensor_values(path: Path, values: Mapping[str, Mapping[str, float]]) -
     """
     if path.resolve().is_relative_to(SHIPPED_AIRCRAFT.folder.resolve()):
         raise FlightError(
-            f"the aircraft file {path.name} came with the program and stays as it is: copy it to "
-            "a folder of your own, and name the copy with --aircraft FILE"
+            f"the aircraft file {path.name} ships with the program and is not changed: copy it to "
+            "your own folder, and name the copy with --aircraft FILE"
         )
     aircraft = read_toml(path, Aircraft)
     document = tomlkit.parse(path.read_text(encoding="utf-8"))

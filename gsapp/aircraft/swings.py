@@ -299,7 +299,7 @@ class Swings(StrictModel):
         if self.x is None and self.y is None and self.z is None:
             raise ValueError("holds no swings; add a table [x], [y] or [z]")
         if self.tilted is not None and (self.x is None or self.z is None):
-            raise ValueError("Ixz needs [x] and [z] beside [tilted]; add them")
+            raise ValueError("Ixz needs [x] and [z] in addition to [tilted]; add them")
         swung = [one for one in (self.x, self.y, self.z, self.tilted) if one is not None]
         if self.cradle.weight.value > 0.0 and not all(one.cradle_times for one in swung):
             raise ValueError(

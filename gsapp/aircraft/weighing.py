@@ -178,8 +178,8 @@ def _axle_position(name: str, places: Mapping[str, Position]) -> Position:
         return x, y, z
     known = ", ".join(places) or "none"
     raise FlightError(
-        f"weighing.loads.{name}: nobody says where this axle is (known: {known}); write its place "
-        f'from the CG into [axles] of the aircraft file, {name} = ["1.2 ft", "0 ft", "1.0 ft"]'
+        f"weighing.loads.{name}: the position of this axle is missing (known: {known}); write "
+        f'its place from the CG into [axles] of the aircraft file, {name} = ["1.2 ft", "0 ft", "1.0 ft"]'
     )
 
 

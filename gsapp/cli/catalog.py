@@ -62,7 +62,7 @@ def catalog(
     ] = None,
     limit: Annotated[
         int | None,
-        typer.Option(min=1, help="Maneuvers at most; by default all, of which 100 are printed"),
+        typer.Option(min=1, help="Maneuvers at most; by default all; the table shows 100"),
     ] = None,
     by: Annotated[
         str,

@@ -101,7 +101,7 @@ def _import_each(
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise CommandUsageError(
-            f"two files are called '{twice}', and would have one folder; import them apart"
+            f"two files are called '{twice}', and would have one folder; import them separately"
         )
     if out.exists() and not out.is_dir():
         raise FlightError(f"{out} is a file; name a folder for the flights")

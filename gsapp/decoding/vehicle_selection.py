@@ -194,8 +194,8 @@ class VehicleSelector:
             self._log.add_once(
                 ("flown-system", system, 0),
                 self._health.last_stamp or 0,
-                f"system {system} at {address} is taken as the aircraft: its autopilot was heard "
-                "first; to fly another, choose it on the LINK tile",
+                f"system {system} at {address} is taken as the aircraft: its autopilot was "
+                "received first; to fly another, choose it on the LINK tile",
                 system=system,
             )
         undecided, self._undecided = self._undecided, []

@@ -177,7 +177,7 @@ def check_gain(
     Raise FlightError if little is left of its size, or of the gain that its column promised.
     """
     if _is_neutral(fit, one):
-        raise FlightError(f"{one.id}: nothing is left of its size in the full fit")
+        raise FlightError(f"{one.id}: its size vanishes in the full fit")
     promised = last.gain_of(one.id)
     gained = last.deviance() - fit.deviance()
     if gained < min(

@@ -234,8 +234,8 @@ class FlightModel:
                     if variable in blocked and name not in entry.term.rate_only_reads:
                         raise FlightError(
                             f"the effect '{entry.term.id}' reads {blocked[variable]}, which is "
-                            f"known only after {entry.term.target} is summed; give it a state of "
-                            "its own instead (aero.CN.memory does so)"
+                            f"known only after {entry.term.target} is summed; give it its own "
+                            "state instead (aero.CN.memory does so)"
                         )
 
     def steady_states(self, state: Values, inputs: Values) -> tuple[Value, ...]:

@@ -91,7 +91,7 @@ class EvaluatedManeuver:
             return _read(cast("Mapping[str, Any]", record))
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise FlightError(
-                f"a stored verdict cannot be read ({error}); debrief the flight anew"
+                f"a stored verdict cannot be read ({error}); debrief the flight again"
             ) from error
 
 

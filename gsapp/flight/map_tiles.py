@@ -87,7 +87,7 @@ class MapTiles:
                 "export raster tiles (PNG or JPEG)",
             )
         if not self._zooms:
-            raise self._problem("tiles", "there are none", "export the map anew")
+            raise self._problem("tiles", "there are none", "export the map again")
 
     def tiles_over(self, area: GroundArea, pixel: float) -> tuple[MapTile, ...]:
         """Return the tiles over an area, detailed enough for the pixels of a view.

@@ -64,7 +64,7 @@ class FitSettings(SettingsModel):
     measured_inputs: Names = setting(
         (), QT_TR_NOOP("Measured inputs"),
         QT_TR_NOOP("States that enter as measured inputs: neither integrated nor compared. Choose "
-                   "rates or angles whose equation is not to be trusted, as beta in gusts."),
+                   "rates or angles whose equation is unreliable, as beta in gusts."),
         option="--measured-inputs", metavar="ID,..")
     biases: OptionalNames = setting(
         None, QT_TR_NOOP("Sensor biases"),
@@ -198,7 +198,7 @@ class EstimateSettings(ManeuverSettings, FitSettings):
         option="--joint")
     single_method: bool = setting(
         False, QT_TR_NOOP("Single method"),
-        QT_TR_NOOP("Do not compute the other methods beside the one chosen. Saves time; "
+        QT_TR_NOOP("Do not compute the methods other than the one chosen. Saves time; "
                    "contradictions between methods then stay unseen."),
         option="--single-method")
     instruments: Literal["find", "file"] = setting(
@@ -211,7 +211,7 @@ class EstimateSettings(ManeuverSettings, FitSettings):
     differentiator: Literal["smoothed", "central"] = setting(
         "smoothed", QT_TR_NOOP("Differentiator"),
         QT_TR_NOOP("smoothed: derivatives of the rates, and all regressors, smoothed alike up to "
-                   "the highest frequency that stands out of the noise; central: plain central "
+                   "the highest frequency above the noise; central: plain central "
                    "differences."),
         option="--differentiator",
         choices=(("smoothed", QT_TR_NOOP("Smoothed")),

@@ -138,7 +138,7 @@ class _MotionBuilder:
         if np.isfinite(rho).any():
             return self._fill("rho", rho)
         constant = self.stand_ins.get("rho", SEA_LEVEL_DENSITY)
-        self.remarks.append(f"air density was not measured; {constant:.3f} kg/m^3 stands in")
+        self.remarks.append(f"air density was not measured; {constant:.3f} kg/m^3 is used")
         return np.full(self.count, constant)
 
     def _speed(self, rho: FloatArray) -> FloatArray:

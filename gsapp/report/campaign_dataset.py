@@ -42,7 +42,7 @@ def check_dataset_folder(folder: Path) -> None:
     """Raise `FlightError` unless a dataset can be written: said before the work, not after it."""
     load_pyarrow()
     if folder.exists() and (not folder.is_dir() or list_names(folder)):
-        raise FlightError(f"{folder} is there already and not empty; choose a new folder")
+        raise FlightError(f"{folder} exists and is not empty; choose a new folder")
 
 
 def write_campaign_dataset(outcome: RunOutcome, folder: Path) -> None:

@@ -260,7 +260,7 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     found = {
         "Instrument": certificate.instrument,
         "Channel": f"{certificate.channel}. {channel(certificate.channel).description}",
-        "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'nobody named'}"
+        "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'unknown'}"
         + _ambient_conditions(certificate.temperature, units),
         "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
         "Curve": f"{FIT_ORDER_TITLES.get(certificate.degree, '')}, {_formula(certificate)}",

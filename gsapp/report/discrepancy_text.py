@@ -65,8 +65,8 @@ def experiment_text(one: DecidingExperiment, system: str) -> str:
     inputs = _joined([_card_text(card, system) for card in one.cards])
     if one.purpose == "show":
         goal = (
-            f"{len(one.effects)} effects of usual size stand {one.separation:.1f} standard "
-            f"deviations or more out of the noise, {one.separation_now:.1f} so far"
+            f"{len(one.effects)} effects of typical size exceed the noise by {one.separation:.1f} "
+            f"standard deviations or more, now {one.separation_now:.1f}"
         )
         start = f"Fly {inputs}"
     else:
@@ -150,12 +150,12 @@ def residual_remarks(found: DiscrepancyResult) -> tuple[str, ...]:
     remarks = []
     if found.disturbance.get("gust"):
         remarks.append(
-            "Simulations fly in still air: what the gusts did to the aircraft stands in these "
+            "Simulations fly in still air: what the gusts did to the aircraft is in these "
             "residuals."
         )
     if any(one.floor_is_bound for one in found.gap.channels.values()):
         remarks.append(
-            "≤: the record shows less noise than an instrument is believed to have; even small "
+            "≤: the record shows less noise than an instrument should have; even small "
             "errors of a model are many times that."
         )
     return tuple(remarks)
@@ -217,7 +217,7 @@ def format_confidence(one: FoundEffect) -> str:
         return "not understood"
     others = [name for name in one.one_of if name != one.effect]
     alone = f"{100.0 * one.confidence:.0f} %"
-    return f"{alone}; cannot be told from {', '.join(others)}" if one.one_of else alone
+    return f"{alone}; cannot be distinguished from {', '.join(others)}" if one.one_of else alone
 
 
 def gain_text(gain: float) -> str:

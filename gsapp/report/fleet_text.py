@@ -139,7 +139,7 @@ def trend_remarks(trend: FleetTrend, units: str) -> list[str]:
             f"one slope for all: fewer than {FLEET.min_slope_groups} {groups} show their own"
         )
     if not fit.converged:
-        remarks.append("the standard deviations are not certain: searches for them end apart")
+        remarks.append("the standard deviations are not certain: searches for them disagree")
     if trend.lacking:
         remarks.append(f"{trend.lacking} values without the condition were left out")
     return [*remarks, *unknown_remarks([trend.values])]
@@ -149,7 +149,7 @@ def unknown_remarks(fleet: Sequence[FleetValues]) -> list[str]:
     """Return sentences on maneuvers that gave no value."""
     return [
         f"{one.name} is unknown in {one.unknown} of {one.unknown + len(one.values)} maneuvers: "
-        "not excited enough, or not apart from others; they count nowhere"
+        "not excited enough, or correlated with others; they are left out"
         for one in fleet
         if one.unknown
     ]

@@ -199,5 +199,5 @@ def _onboard_log_state(log: str) -> OnboardLogState:
         file=log,
         in_place=False,
         why=f"this is the live record; the on-board log {log} holds more: 'gsapp export' joins the "
-        "two, and the log can be replayed by itself",
+        "two, and the log can be replayed alone",
     )

@@ -48,7 +48,7 @@ def read_signing_key(path: Path | str) -> bytes:
     if any((path.parent / name).exists() for name in FLIGHT_FOLDER_FILES):
         raise LinkError(
             f"{path} lies in a flight folder, which is copied and handed on; move the signing key "
-            "to a folder of your own"
+            "to your own folder"
         )
     if sys.platform != "win32" and mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise LinkError(

@@ -129,7 +129,7 @@ class WholeWalk(Walk):
         window = self.window
         self.act("place_pilot", "pilot_window")
         activate(self.qtbot, window.pilot_page.own_window.window)
-        self.record("Pilot, window of its own")
+        self.record("Pilot, separate window")
         window.pilot_page.own_window.window.close()
         activate(self.qtbot, window)
         self.act("place_flight", "panel_estimates")

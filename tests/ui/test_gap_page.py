@@ -402,7 +402,7 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(story, qtbot):
     assert view.effect.text() == TITLES["aero.Cm.speed"]
     headings = [heading for heading, _ in view.about._shown]
     assert "Mistaken for" in headings
-    assert any("tells it apart" in heading for heading in headings)
+    assert any("separates them" in heading for heading in headings)
 
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:

@@ -66,7 +66,7 @@ class EvidencePanel(QWidget):
         column.setContentsMargins(12, 4, 12, 8)
         self._column = column
         self.switch = QCheckBox(tr("Search for missing effects"))
-        self.switch.setToolTip(tr("After each maneuver, in a process of its own at low priority"))
+        self.switch.setToolTip(tr("After each maneuver, in a separate process at low priority"))
         self.switch.toggled.connect(self.switched)
         column.addWidget(self.switch)
         self.state = create_label("", "label", wrap=True)

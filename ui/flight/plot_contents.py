@@ -73,7 +73,7 @@ def spectrum_content(samples: PlottedSamples, name: str) -> PlotContent:
         title=tr("Spectrum of {title}").format(title=channel(name).title),
         bottom=tr("frequency, Hz"),
         left=tr("power density, dB re 1 ({unit})²/Hz").format(unit=samples.unit(name) or "1"),
-        note="" if found.any() else tr("Too few samples in sight for a spectrum."),
+        note="" if found.any() else tr("Too few samples in view for a spectrum."),
     )
 
 
@@ -89,7 +89,7 @@ def channels_content(samples: PlottedSamples, name: str, over: str) -> PlotConte
         ),
         bottom=samples.axis_title(over),
         left=samples.axis_title(name),
-        note="" if both.any() else tr("No samples of both channels in sight."),
+        note="" if both.any() else tr("No samples of both channels in view."),
     )
 
 
@@ -116,7 +116,7 @@ def track_content(samples: PlottedSamples, spans: Sequence[ChartSpan]) -> PlotCo
             curves.append(PlotCurve(x=x, y=y, color=color, name=name))
 
     add(first, stop, "previous", tr("flight"))
-    add(samples.start, stop, "blue", tr("in sight"))
+    add(samples.start, stop, "blue", tr("in view"))
     maneuvers = [one for one in spans if one.kind == "maneuver" and first <= one.start <= stop]
     for number, one in enumerate(maneuvers):
         end = stop if one.stop is None else min(one.stop, stop)

@@ -277,7 +277,7 @@ def describe_effect(result: SearchResult, effect: str) -> tuple[str, tuple[tuple
     if note is not None and note.distinguished_by and note.distinguished_by != text:
         text = f"{text}; {note.distinguished_by}" if text else note.distinguished_by
     if text:
-        paragraphs.append((tr("Maneuver that tells it apart"), text))
+        paragraphs.append((tr("Maneuver that separates them"), text))
     if note is not None and note.remedy:
         paragraphs.append((tr("Ground measurement"), note.remedy))
     if seen is not None:

@@ -29,7 +29,7 @@ class PilotWindow(QWidget):
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWindowTitle(tr("Pilot – Ground station"))
-        self.setAccessibleName(tr("Pilot page, window of its own"))
+        self.setAccessibleName(tr("Pilot page, separate window"))
         full_screen = dict.fromkeys(FULL_SCREEN_KEYS, self.toggle_full_screen)
         self._keys = {**keys, **full_screen, "Esc": self.close}
         self.canvas = PilotCanvas(style)

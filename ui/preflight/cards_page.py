@@ -321,7 +321,7 @@ class CardsPage(SavingStepPage):
             else:
                 self.message.set_message(tr("Not saved"), "warning")
         elif not model.editor.file.path.exists():
-            self.message.set_message(tr("Shipped cards; a change makes a copy of your own."))
+            self.message.set_message(tr("Shipped cards; a change makes your own copy."))
         elif model.flown is not None and model.flown.unplanned:
             beside = count_text(len(model.flown.unplanned), "maneuver")
             self.message.set_message(tr("Flown outside the cards: {beside}.").format(beside=beside))

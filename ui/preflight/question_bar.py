@@ -217,7 +217,7 @@ class CalibrationQuestions:
         question = tr("Pressure at the field, not reduced to sea level, in {unit}?").format(
             unit=unit
         )
-        self._bar.ask(question, pressure_entered, typed=True, yes=tr("Go on"), wrong=_no_number)
+        self._bar.ask(question, pressure_entered, typed=True, yes=tr("Continue"), wrong=_no_number)
 
     @staticmethod
     def _air_entered(run: WizardController, pressure: float, typed: str, degrees: str) -> None:

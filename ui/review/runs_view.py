@@ -136,7 +136,7 @@ def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
         else ""
     )
     settings = "" if comparison.settings else tr(" The settings are the same.")
-    return tr("{one} beside {other}: {what}{settings}{versions}").format(
+    return tr("{one} compared with {other}: {what}{settings}{versions}").format(
         one=comparison.one, other=comparison.other, what=what, settings=settings, versions=versions
     )
 

@@ -32,7 +32,7 @@ REMARK_COLUMN: Final = len(DERIVATIVE_TITLES) - 1
 _SCATTER_RATIO_COLUMN: Final = 8
 
 
-_CONFOUNDED_PATTERN: Final = re.compile("told apart from (.+?) in this maneuver")
+_CONFOUNDED_PATTERN: Final = re.compile("distinguished from (.+?) in this maneuver")
 """How an estimate names what it cannot tell a derivative from."""
 
 
@@ -88,7 +88,7 @@ def _short_reason(status: str, why: str) -> str:
     others = _CONFOUNDED_PATTERN.search(why)
     if status == "not-identifiable" and others is not None:
         names = re.split(", | and ", others[1])
-        return tr("not told apart from {names}").format(names=", ".join(names))
+        return tr("not distinguished from {names}").format(names=", ".join(names))
     return f"{_status_text(status)}: {re.split('[:;]', why)[0]}"
 
 

@@ -133,7 +133,7 @@ def describe_assumed_address(link: LinkSummary) -> str:
     if link.system is None or not link.assumed_address:
         return ""
     return tr(
-        "System {system} at {address} is taken as the aircraft: its autopilot was heard first. "
+        "System {system} at {address} is taken as the aircraft: its autopilot was received first. "
         "Click LINK to choose another."
     ).format(system=link.system, address=link.assumed_address)
 
@@ -340,7 +340,7 @@ def _alarms(facts: StatusBarData) -> StatusItem:
             id="alarms", title=tr("ALARMS"), value=tr("catching up"),
             note=_share(facts.monitored_share).strip(),
             state="unknown", width=184, stretches=True,
-            detail=tr("The flight so far is being looked through for alarms and cues."),
+            detail=tr("Checking the flight so far for alarms and cues."),
         )  # fmt: skip
     if not alarms.sentences:
         standing = alarms.active

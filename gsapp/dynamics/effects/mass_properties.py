@@ -35,8 +35,8 @@ register_offset(
     "Center of gravity lies to one side",
     EffectGuidance(
         mistaken_for=("aero.Cl.alpha",),
-        separated_by="hardly anything in flight: lift beside the center of gravity rolls as "
-        f"a wing does that differs from the other; {_WEIGH}: left and right wheel give y",
+        separated_by="hardly anything in flight: lift to one side of the center of gravity rolls "
+        f"as a wing does that differs from the other; {_WEIGH}: left and right wheel give y",
         source="unequal tanks, payload to one side",
         variant_of="aero.Cl.alpha",
     ),

@@ -144,7 +144,7 @@ def create_unnamed_term(term_id: str) -> Term | None:
         unit="",
         default=1.0,
         bounds=(-_BOUND, _BOUND),
-        description="size; nobody knows what it should be",
+        description="size; no typical value",
     )
     if factors:
         return ProductTerm(

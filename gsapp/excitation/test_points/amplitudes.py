@@ -239,9 +239,7 @@ def _min_amplitude(
         (rate, INPUT_CRITERIA.faint_response),
     ):
         if swings[name] > 0.0:
-            text = (
-                f"smaller, {_channel_text(name)} does not stand out of its noise {wanted:.0f} times"
-            )
+            text = f"smaller, {_channel_text(name)} is below {wanted:.0f} times its noise"
             found.append((wanted / swings[name], text))
     return max(found, key=lambda one: one[0])
 

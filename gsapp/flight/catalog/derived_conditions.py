@@ -47,7 +47,7 @@ def condition_quantity(name: str) -> str:
         return channel(name).quantity
     except UnknownNameError as error:
         raise UnknownNameError(
-            f"{error}; beside channels there are {', '.join(DERIVED_CONDITIONS)}"
+            f"{error}; other conditions are {', '.join(DERIVED_CONDITIONS)}"
         ) from error
 
 

@@ -231,7 +231,8 @@ class Catalog:
         if version > known:
             raise FlightError(
                 f"the catalog {self.path} was written by a newer version of this program "
-                f"(tables of version {version}; this one knows up to {known}); update the program"
+                f"(tables of version {version}; this program supports up to {known}); update "
+                "the program"
             )
         return version
 

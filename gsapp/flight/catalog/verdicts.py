@@ -122,6 +122,7 @@ def _parsed(catalog: Catalog, text: str) -> dict[str, object]:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise FlightError(
-            f"a verdict in the catalog {catalog.path} is damaged ({error}); debrief its flight anew"
+            f"a verdict in the catalog {catalog.path} is damaged ({error}); debrief its flight "
+            "again"
         ) from error
     return content if isinstance(content, dict) else {}

@@ -88,7 +88,7 @@ class SteadyStateFilter(InnovationsForm):
     def with_noise(self, noise: NoiseModel) -> SteadyStateFilter:
         """Return the filter of the same maneuver for other noise."""
         if noise.gust_shape != self.blocks.gust_shape:
-            raise ValueError("the shape of gusts is part of the blocks; make the filter anew")
+            raise ValueError("the shape of gusts is part of the blocks; build the filter again")
         return _filter(self.blocks, noise)
 
     def innovations(

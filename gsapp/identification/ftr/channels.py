@@ -159,7 +159,7 @@ class ChannelAvailability:
             and self._settings.speed is not None
         ):
             found.append(
-                f"airspeed was not measured; the constant {self._settings.speed:.1f} m/s stands in"
+                f"airspeed was not measured; the constant {self._settings.speed:.1f} m/s is used"
             )
         engine = ("throttle", "throttle_left", "thrust")
         if (

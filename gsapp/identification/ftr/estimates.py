@@ -142,7 +142,7 @@ def estimate_verdict_text(
             f"{settings.signal_to_noise:g}"
         )
     if verdict is EstimateVerdict.COLLINEAR:
-        return f"{variable} moved together with {companion}; move the surfaces apart"
+        return f"{variable} moved together with {companion}; move the surfaces at different times"
     what = "its bound" if variable == "0" else f"the bound times what {variable} did"
     return (
         f"{what} is {100 * uncertain:.0f} % of what the coefficient did; "

@@ -101,7 +101,7 @@ class FTRSettings:
             raise FlightError(f"the gate of FTR is 'always' or 'maneuvers', not '{self.gate}'")
         wrong = [name for name in self.still if name not in ("de", "da", "dr")]
         if wrong:
-            raise FlightError(f"{', '.join(wrong)} is no surface; FTR knows de, da, dr")
+            raise FlightError(f"{', '.join(wrong)} is no surface; FTR supports de, da, dr")
 
     def as_table(self) -> dict[str, object]:
         """Return the settings as plain values, for a saved state."""

@@ -51,7 +51,7 @@ def read_state(path: Path, about: Mapping[str, object]) -> ArrayTable:
     except Exception as error:
         # A damaged archive makes zipfile, NumPy and JSON raise whatever they meet.
         raise FlightError(
-            f"{path} holds no state of FTR that can be read ({error}); start it anew"
+            f"{path} holds no state of FTR that can be read ({error}); start FTR again"
         ) from error
     mine = json.loads(json.dumps(about))
     different = sorted(key for key in mine if theirs.get(key) != mine[key])

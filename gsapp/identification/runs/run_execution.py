@@ -48,7 +48,7 @@ from gsapp.identification.summary.campaign_linear_models import (
 )
 from gsapp.quantities.stored_block import StoredBlock
 
-SAME_SAMPLES_TEXT: Final = "the same samples stand in"
+SAME_SAMPLES_TEXT: Final = "the same samples are in"
 """Begins a remark on flights that are one and the same."""
 
 

@@ -165,7 +165,7 @@ def _verdict(
     return ParameterVerdict(
         status="not-identifiable",
         confounded_with=others,
-        why=f"{name} cannot be told apart from {listed} in this maneuver: their responses are "
+        why=f"{name} cannot be distinguished from {listed} in this maneuver: their responses are "
         "collinear; fly an input that separates them, or hold one",
     )
 

@@ -31,7 +31,7 @@ _POSITIONS: tuple[Position, ...] = get_args(Position)
 
 BENCH_HELP = f"""\
 SURFACE DEG [hold]    set it to this angle: {", ".join(POTENTIOMETERS)}
-release               let go of what is held
+release               release what is held
 lie POSITION          lay the aircraft: {", ".join(_POSITIONS)}
 turn p|q|r DEG [S]    turn it on the turntable, in S seconds
 pitot covered|open|blow
