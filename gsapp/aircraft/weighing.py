@@ -179,7 +179,8 @@ def _axle_position(name: str, places: Mapping[str, Position]) -> Position:
     known = ", ".join(places) or "none"
     raise FlightError(
         f"weighing.loads.{name}: the position of this axle is missing (known: {known}); write "
-        f'its place from the CG into [axles] of the aircraft file, {name} = ["1.2 ft", "0 ft", "1.0 ft"]'
+        f"its place from the CG into [axles] of the aircraft file, {name} = "
+        '["1.2 ft", "0 ft", "1.0 ft"]'
     )
 
 

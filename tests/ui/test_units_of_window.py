@@ -21,7 +21,7 @@ EXCEPTIONS = re.compile(
 
 SENTENCES = (
     "Turbulence of about 0.3 m/s disturbed the flights.",
-    "air density was not measured; 1.225 kg/m^3 stands in",
+    "air density was not measured; 1.225 kg/m^3 is used",
     "V below 26.2 m/s",
     "the CG was 26 mm aft, mass 20.5 kg",
     "the same doublet at 80 ft/s and 120 ft/s",

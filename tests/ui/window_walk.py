@@ -57,7 +57,7 @@ class MetricEngine(FakeEngine):
             discrepancy=replace(
                 found,
                 why="Turbulence of about 0.3 m/s disturbed the flights.",
-                warnings=("air density was not measured; 1.225 kg/m^3 stands in",),
+                warnings=("air density was not measured; 1.225 kg/m^3 is used",),
                 disagreements=tuple(replace(one, region=region) for one in found.disagreements),
                 alternatives=tuple(
                     replace(one, fly="the same doublet at 80 ft/s and 120 ft/s")
