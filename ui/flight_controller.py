@@ -276,7 +276,7 @@ class FlightController(QObject):
         equipment = session.equipment
         if equipment is not None:
             self._announce_address(equipment.link)
-            if equipment.recorder.state == "dead":
+            if equipment.recorder.state == "failed":
                 self.recorders.restart_dead(session)
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to

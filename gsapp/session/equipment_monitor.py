@@ -58,7 +58,7 @@ class RecorderSummary:
     """The recorder as the bar shows it."""
 
     state: str
-    """``recording``, ``stopped``, ``dead`` ..."""
+    """``recording``, ``stopped``, ``failed`` ..."""
     severity: Severity = Severity.NORMAL
     pid: int | None = None
     link: str = ""
@@ -331,7 +331,7 @@ class EquipmentMonitor:
             if status.state == "stopped":
                 return "stopped", Severity.NORMAL, ""
             return (
-                "dead",
+                "failed",
                 Severity.WARNING,
                 "the recorder stopped unexpectedly: not recording until it restarts",
             )

@@ -34,7 +34,7 @@ def follow_recording(session: Session, tell: Callable[[], object]) -> None:
     equipment = session.equipment
     if equipment is None:
         raise ValueError("only a live flight has a recorder")
-    while equipment.recorder.state not in ("stopped", "dead") or not session.feed.caught_up:
+    while equipment.recorder.state not in ("stopped", "failed") or not session.feed.caught_up:
         session.update(_STEP)
         tell()
         time.sleep(_PAUSE)

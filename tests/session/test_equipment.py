@@ -120,7 +120,7 @@ def test_a_recorder_that_fails_hangs_dies_or_was_stopped(bench: Bench) -> None:
     assert bench.monitor.recorder.state == "hangs"
     bench.running = False
     assert bench.look() == {"recorder": Severity.WARNING}
-    assert bench.monitor.recorder.state == "dead"
+    assert bench.monitor.recorder.state == "failed"
     assert not bench.monitor.ended
     assert bench.look(state="stopped") == {}
     assert bench.monitor.ended
@@ -224,7 +224,7 @@ def test_a_record_does_not_grow_that_nobody_writes(bench: Bench) -> None:
     bench.running = False
     bench.look(received_bytes=2000, byte_rate=2000.0)
     seen = bench.monitor.recorder
-    assert (seen.state, seen.growing, seen.byte_rate, seen.pid) == ("dead", False, 0.0, None)
+    assert (seen.state, seen.growing, seen.byte_rate, seen.pid) == ("failed", False, 0.0, None)
 
 
 @pytest.mark.parametrize("step", [-30.0, 30.0, -3600.0])

@@ -148,7 +148,7 @@ def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
     patience(lambda: (look(), session.alarm_registry.get("recorder") is not None)[1])
     alarm = session.alarm_registry.get("recorder")
     assert alarm.severity is Severity.WARNING
-    assert session.snapshot().recorder.state == "dead"
+    assert session.snapshot().recorder.state == "failed"
     look()
     written = (field.folder / "events.jsonl").read_text()
     assert written.count('"recorder"') == 1
@@ -210,7 +210,7 @@ def test_a_recorder_that_dies_together_with_its_folder_is_an_alarm(
     assert find_recorders() == []
     session.update()
     view = session.snapshot().recorder
-    assert (view.state, view.severity) == ("dead", Severity.WARNING)
+    assert (view.state, view.severity) == ("failed", Severity.WARNING)
 
 
 @pytest.mark.usefixtures("impatient")
@@ -363,7 +363,7 @@ def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
         def told_dead() -> bool:
             now[0] += 0.1
             session.update()
-            return session.snapshot().recorder.state == "dead"
+            return session.snapshot().recorder.state == "failed"
 
         patience(told_dead)
         alarm = session.alarm_registry.get("recorder")

@@ -1222,7 +1222,9 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
     silent = LinkSummary(state="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
     facts = StatusBarData(
         name="f", time=12.0, stale=True, link=silent,
-        recorder=RecorderSummary(state="dead", severity=Severity.WARNING, received_bytes=2_000_000),
+        recorder=RecorderSummary(
+            state="failed", severity=Severity.WARNING, received_bytes=2_000_000
+        ),
         disk=DiskSummary(free_bytes=10**9), calibration="18",
         calibration_status=CalibrationStatus(state="warning", summary="2 uncalibrated", detail=""),
         alarms=AlarmSummary(sentences=("Too fast",), severe=True, active=1), muted=True,
@@ -1239,7 +1241,7 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
     }
     assert (part["link"].note, part["link"].state) == ("unreadable", "warning")
     assert "udpout:10.0.0.7:14550: cannot send." in part["link"].detail
-    assert parts["record"].note == "recorder dead"
+    assert parts["record"].note == "recorder failed"
     assert parts["calibration"].note == "2 uncalibrated"
     assert (parts["alarms"].value, parts["alarms"].state) == ("Too fast", "warning")
     assert parts["sound"].value == "off"

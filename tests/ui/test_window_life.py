@@ -508,7 +508,9 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
 
         monkeypatch.setattr(RawFile, "size", refuse)
         os.kill(window.flight_controller.session.recorder.pid, KILL)
-        until(qtbot, lambda: window.status_bar.item_widgets["record"].item.note == "recorder dead")
+        until(
+            qtbot, lambda: window.status_bar.item_widgets["record"].item.note == "recorder failed"
+        )
         qtbot.wait(1500)
     told = [text for text in window.banners.texts() if "Device not configured" in text]
     assert len(told) == 1
