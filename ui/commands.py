@@ -467,6 +467,7 @@ class CommandSet:
     def __init__(self, parent: QWidget, commands: Iterable[Command] = COMMANDS) -> None:
         self.commands = tuple(commands)
         self.actions: dict[str, CommandAction] = {}
+        self._present: set[str] | None = None
         for command in self.commands:
             action = CommandAction(tr(command.text), parent)
             action.setShortcuts([QKeySequence(keys) for keys in command.shortcuts])
@@ -508,6 +509,9 @@ class CommandSet:
     def update_enabled(self, present: Iterable[CommandRequirement]) -> None:
         """Gray what has nothing to act on, and say why; `present` says what is there."""
         there = {"nothing", *present}
+        if there == self._present:
+            return
+        self._present = there
         for command in self.commands:
             action, is_enabled = self.actions[command.id], command.requirement in there
             action.setEnabled(is_enabled)

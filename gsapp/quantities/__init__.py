@@ -1,6 +1,6 @@
 """The vocabulary: channels, units, and blocks of samples."""
 
-from gsapp.quantities.block import Block, BoolArray, FloatArray
+from gsapp.quantities.block import Block, BoolArray, FloatArray, join_blocks
 from gsapp.quantities.channels import (
     CHANNELS,
     CIRCULAR_CHANNELS,
@@ -56,6 +56,7 @@ __all__ = [
     "convert_value_and_std",
     "from_si",
     "is_raw_channel",
+    "join_blocks",
     "name_in_text",
     "normalize_unit",
     "parse_quantity",

@@ -108,3 +108,29 @@ class Block:
             times=np.concatenate([part.times for part in parts]),
             values=np.concatenate([part.values for part in parts]),
         )
+
+
+def join_blocks(blocks: Sequence[Block]) -> list[Block]:
+    """Return blocks with those of the same channels that follow each other as one.
+
+    What a consumer does with a block takes about the same time, however many samples it holds.
+    """
+    groups: list[list[Block]] = []
+    newest: dict[tuple[str, ...], list[Block]] = {}
+    for block in blocks:
+        group = newest.get(block.channels)
+        if group is not None and len(block) and block.times[0] > group[-1].times[-1]:
+            group.append(block)
+        elif len(block):
+            newest[block.channels] = [block]
+            groups.append(newest[block.channels])
+    return [
+        group[0]
+        if len(group) == 1
+        else Block.unchecked(
+            group[0].channels,
+            np.concatenate([one.times for one in group]),
+            np.concatenate([one.values for one in group]),
+        )
+        for group in groups
+    ]

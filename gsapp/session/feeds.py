@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
 from gsapp.foundation import FlightError
-from gsapp.quantities import Block
+from gsapp.quantities import Block, join_blocks
 from gsapp.session.consumer_scheduler import (
     Consumer,
     ConsumerCursor,
@@ -215,7 +215,7 @@ class LiveFeed:
                     one.process_step()
             return
         self._delivered_at = now
-        blocks, self._undelivered = self._undelivered, []
+        blocks, self._undelivered = join_blocks(self._undelivered), []
         for consumer, begin in self._listening:
             for block in blocks:
                 # What it was given from the history it is not given again.

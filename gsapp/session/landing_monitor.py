@@ -14,7 +14,7 @@ from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
 from gsapp.flight.maneuvers.airborne_detection import AirborneDetector, flying_speed
 from gsapp.flight.maneuvers.settings import DETECTION
 from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
-from gsapp.quantities import Block, FloatArray
+from gsapp.quantities import Block, FloatArray, join_blocks
 from gsapp.session.monitor_settings import MONITORS
 
 _READ: Final = (*SIGNALS, "ground_speed")
@@ -59,6 +59,8 @@ class LandingMonitor:
             None if self._aircraft is None else AirborneDetector(self._aircraft)
         )
         self._stream.restart()
+        self._blocks: list[Block] = []
+        self._newest = self._processed_to = -math.inf
         self._rows: list[FlightRows] = []
         self._left = np.empty((0, len(_READ) + 1))  # of a frame that is not complete
         self._flown = 0
@@ -69,9 +71,18 @@ class LandingMonitor:
         self.landed_at: float | None = None
 
     def feed(self, block: Block) -> None:
-        self._rows += self._stream.feed(block)
+        self._blocks.append(block)
+        if len(block):
+            self._newest = max(self._newest, float(block.times[-1]))
 
     def process_step(self) -> None:
+        """Look at the whole frames; nothing changes between two of them."""
+        if self._newest < self._processed_to + DETECTION.frame_duration:
+            return
+        self._processed_to = self._newest
+        for block in join_blocks(self._blocks):
+            self._rows += self._stream.feed(block)
+        self._blocks.clear()
         self._rows += self._stream.take_complete_rows()
         rows = np.concatenate(
             [self._left] + [np.column_stack([one.columns(_READ), one.times]) for one in self._rows]

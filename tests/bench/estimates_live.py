@@ -44,12 +44,10 @@ class Seen(latency.Frames):
     def advanced(self, window) -> None:
         super().advanced(window)
         self._waiting.clear()
-        cues = (
-            window.flight_controller.session.cues
-            if window.flight_controller.session is not None
-            else None
-        )
-        if self.watching and cues is not None and cues.time is not None:
+        session = window.flight_controller.session
+        # Asked for only while it is watched: this, too, takes time.
+        cues = session.cues if self.watching and session is not None else None
+        if cues is not None and cues.time is not None:
             newest = round(cues.time * RATE)
             if not self.cues or newest > self.cues[-1][0]:
                 self.cues.append((newest, time.time()))

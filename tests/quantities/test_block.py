@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import Block, base_id, channel
+from gsapp.quantities import Block, base_id, channel, join_blocks
 from gsapp.quantities.stored_block import StoredBlock, block_in_file
 
 
@@ -72,6 +72,25 @@ def test_unknown_channels_fail_with_the_nearest_known() -> None:
 def test_joining_keeps_the_order() -> None:
     joined = Block.concatenate([block().between(0, 0.02), block().between(0.02, 1)])
     np.testing.assert_array_equal(joined.values, block().values)
+
+
+def test_blocks_that_follow_each_other_become_one() -> None:
+    """Per set of channels, in order of arrival; what steps back in time begins another block."""
+    whole = block()
+    other = Block(channels=("V",), times=[0.005, 0.025], values=[[30.0], [31.0]])
+    early, late = whole.between(0, 0.02), whole.between(0.02, 1)
+    nothing = whole.between(1, 2)
+    first, second = join_blocks(
+        [early, other.between(0, 0.01), nothing, late, other.between(0.01, 1)]
+    )
+    assert (first.channels, second.channels) == (whole.channels, other.channels)
+    np.testing.assert_array_equal(first.times, whole.times)
+    np.testing.assert_array_equal(first.values, whole.values)
+    np.testing.assert_array_equal(second.times, other.times)
+    again = join_blocks([early, late, early])
+    assert [len(one) for one in again] == [5, 2]
+    assert join_blocks([early]) == [early]
+    assert join_blocks([]) == []
 
 
 def test_redundant_sensors_share_the_quantity() -> None:
