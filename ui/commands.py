@@ -508,7 +508,7 @@ class CommandSet:
 
     def update_enabled(self, present: Iterable[CommandRequirement]) -> None:
         """Gray what has nothing to act on, and say why; `present` says what is there."""
-        there = {"nothing", *present}
+        there: set[str] = {"nothing", *present}
         if there == self._present:
             return
         self._present = there
