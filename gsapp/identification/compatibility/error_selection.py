@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from math import log
@@ -94,17 +96,15 @@ def find_instrument_errors(maneuvers: Sequence[Maneuver]) -> tuple[InstrumentErr
         Those whose size is beyond chance and matters. Nothing of beta where neither aileron nor
         rudder was an input.
     """
-    prepared = prepare_segments(maneuvers, None)
-    if all({"da", "dr"}.isdisjoint(one.inputs) for one in maneuvers):
-        # What yaws an aircraft without aileron or rudder are gusts, which make sideslip of their
-        # own; through bank and side force, ailerons and rudder excite pitching as well.
-        prepared.hide("beta")
-    segments = _select_excited_segments(prepared.segments)
+    # What yaws an aircraft without aileron or rudder are gusts, which make sideslip of their
+    # own; through bank and side force, ailerons and rudder excite pitching as well.
+    hidden = all({"da", "dr"}.isdisjoint(one.inputs) for one in maneuvers)
+    segments, channels = _select_excited_segments(maneuvers, "beta" if hidden else "")
     if not segments or not (positions := _positions(segments)):
         return ()
     aircraft = maneuvers[0].aircraft
     settings = scale_settings(CompatibilitySettings(), aircraft)
-    free = [name for name in settings.free if name.partition(".")[0] in prepared.channels]
+    free = [name for name in settings.free if name.partition(".")[0] in channels]
     delays = _delays(segments)
     vanes = [name.partition(".")[0] for name in positions]
     calibrations = [f"{name}.{kind}" for name in vanes for kind in ("bias", "scale")]
@@ -309,14 +309,29 @@ def _vane_scale(
 
 
 def _select_excited_segments(
-    segments: Sequence[CompatibilitySegment],
-) -> list[CompatibilitySegment]:
-    """Return the segments in which most pitching, and most yawing, is seen; in their order."""
-    selected = set[int]()
-    for gyro in ("q", "r"):
-        power = [float(np.var(one.inputs[gyro]) * one.times.size * one.dt) for one in segments]
-        selected.update(np.argsort(power)[-COMPATIBILITY.screening_segments // 2 :].tolist())
-    return [segments[index] for index in sorted(selected)]
+    maneuvers: Sequence[Maneuver], hidden: str
+) -> tuple[list[CompatibilitySegment], set[str]]:
+    """Return the segments in which most pitching, and most yawing, is seen; in their order.
+
+    Also the channels that any segment has, without the `hidden` one. No other segments are held:
+    there may be those of a thousand flights.
+    """
+    channels = set[str]()
+    most: dict[str, list[tuple[float, int, CompatibilitySegment]]] = {"q": [], "r": []}
+    numbers = itertools.count()
+    for maneuver in maneuvers:
+        prepared = prepare_segments([maneuver], None)
+        prepared.hide(hidden)
+        channels.update(prepared.channels)
+        for one in prepared.segments:
+            number = next(numbers)
+            for gyro, ranked in most.items():
+                power = float(np.var(one.inputs[gyro]) * one.times.size * one.dt)
+                heapq.heappush(ranked, (power, number, one))
+                if len(ranked) > COMPATIBILITY.screening_segments // 2:
+                    heapq.heappop(ranked)
+    selected = {number: one for ranked in most.values() for _, number, one in ranked}
+    return [selected[number] for number in sorted(selected)], channels
 
 
 def _positions(segments: Sequence[CompatibilitySegment]) -> list[str]:
