@@ -15,6 +15,7 @@ import numpy as np
 
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.process_control import return_free_memory
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.sample_track import RAW_SEGMENT, IndexArray, SampleTrack
 from gsapp.session.spill_pool import SpillPool
@@ -259,8 +260,9 @@ class SampleHistory:
     # The end
 
     def release_memory(self) -> None:
-        """Let go of memory that only looking back over the whole flight has filled."""
+        """Let go of memory that looking back over the whole flight has filled, and of gaps."""
         self._pool.release_memory()
+        return_free_memory()
 
     def close(self) -> None:
         """Give the temporary file back. The history is empty afterwards."""

@@ -27,7 +27,6 @@ from gsapp.flight.certificates import (
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.foundation.process_control import return_free_memory
 from gsapp.session.alarm_log import AlarmLog
 from gsapp.session.alarms import AlarmRegistry
 from gsapp.session.channel_states import ChannelState, ChannelStates
@@ -221,7 +220,6 @@ class Session:
         if now >= self._next_relax:
             self._next_relax = now + MONITORS.memory_interval
             self.history.release_memory()
-            return_free_memory()
         if now >= self._next_events:
             self._next_events = now + MONITORS.events_interval
             self.alarm_log.read()
