@@ -221,7 +221,7 @@ def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
     faint = asked("1.7 deg")
     assert faint.best == pytest.approx(1.7 * DEGREE)
     assert faint.low > 0.65 * 1.7 * DEGREE
-    assert "stand out" in faint.why_low
+    assert "its noise" in faint.why_low
 
 
 def _estimate(name: str, value: float, std: float) -> LiveEstimate:

@@ -12,6 +12,8 @@ LOADERS = {
 }  # fmt: skip
 OWN_PROCESS = "gsapp/flight/readers/reader_process.py"
 """Reads what a process of the program writes, and takes no names but those of plain numbers."""
+OWN_MEMORY = "gsapp/foundation/temporary_arrays.py"
+"""Reads back at once what it pickled in memory; only the numbers of arrays go through a file."""
 
 
 def found_in(source: str) -> set[str]:
@@ -49,7 +51,7 @@ def test_no_module_turns_a_file_into_code() -> None:
         for path in (ROOT / folder).rglob("*.py")
         if (calls := found_in(path.read_text(encoding="utf-8")))
     }
-    assert found == {OWN_PROCESS: {"pickle.Unpickler"}}
+    assert found == {OWN_PROCESS: {"pickle.Unpickler"}, OWN_MEMORY: {"pickle.loads"}}
 
 
 def test_what_would_be_found() -> None:

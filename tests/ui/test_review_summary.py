@@ -124,7 +124,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     assert cells["n"] == "0"
     line = next(one for one in room.page.table.row_model.rows if one.key == "Cm_q")
     assert line.italic
-    assert line.cells[-1].startswith("not told apart")
+    assert line.cells[-1].startswith("not distinguished")
     assert page_state(room) == "no derivatives"
     room.selection.select_derivative("Cm_q")
     assert "hold one" in room.page.detail.text()
