@@ -277,7 +277,7 @@ class FlightController(QObject):
         if equipment is not None:
             self._announce_address(equipment.link)
             if equipment.recorder.state == "failed":
-                self.recorders.restart_dead(session)
+                self.recorders.restart_failed(session)
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to
             self.flight_opener.open_flight(self._moved_to)

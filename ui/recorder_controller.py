@@ -213,7 +213,7 @@ class RecorderController(QObject):
         """Forget a recorder that somebody else stops."""
         self._left = [left for left in self._left if left != recorder]
 
-    def restart_dead(self, session: Session) -> None:
+    def restart_failed(self, session: Session) -> None:
         """Restart the recorder of the open flight; give up if it stops again and again."""
         now = time.monotonic()
         self._restarts = [one for one in self._restarts if one > now - _RESTART_SECONDS]

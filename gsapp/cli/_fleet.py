@@ -59,11 +59,11 @@ class FleetRequest:
             raise typer.BadParameter(f"--figure: end the name in {', '.join(_FIGURE_FORMATS)}")
 
 
-def answer_fleet_question(
+def run_fleet_request(
     console: PlainConsole,
     store: Catalog,
     wanted: ManeuverFilter,
-    question: FleetRequest,
+    request: FleetRequest,
     json: Path | None,
 ) -> None:
     """Print the answer, and write it as JSON and as a figure where they are asked for."""
@@ -72,24 +72,22 @@ def answer_fleet_question(
     answers: dict[str, Callable[..., Any]] = {
         "groups": _groups, "trend": _trend, "changes": _changes,
     }  # fmt: skip
-    write_json(json, answers[question.what](console, store, wanted, question))
+    write_json(json, answers[request.what](console, store, wanted, request))
 
 
 def _select(
-    store: Catalog, names: Sequence[str], wanted: ManeuverFilter, question: FleetRequest
+    store: Catalog, names: Sequence[str], wanted: ManeuverFilter, request: FleetRequest
 ) -> list[FleetValues]:
     from gsapp.identification.fleet.fleet_values import select_fleet_values
 
     return [
-        select_fleet_values(
-            store, name, wanted, method=question.method, conditions=question.against
-        )
+        select_fleet_values(store, name, wanted, method=request.method, conditions=request.against)
         for name in names
     ]
 
 
 def _groups(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, request: FleetRequest
 ) -> Any:
     from gsapp.cli._console import format_value_and_bound
     from gsapp.identification.fleet.fleet_analysis import groups_json, settings_remarks
@@ -100,11 +98,11 @@ def _groups(
     )
     from gsapp.report.fleet_text import unknown_remarks, value_and_bound
 
-    counts = count_groups(select_fleet_maneuvers(store, wanted), question.by)
-    fleet = _select(store, question.names, wanted, question)
-    means = [{one.group: one for one in group_means(found, question.by)} for found in fleet]
-    numbers = ("flights", "maneuvers", *question.names)
-    table = console.create_table(f"by {question.by}", (question.by, *numbers), right=numbers)
+    counts = count_groups(select_fleet_maneuvers(store, wanted), request.by)
+    fleet = _select(store, request.names, wanted, request)
+    means = [{one.group: one for one in group_means(found, request.by)} for found in fleet]
+    numbers = ("flights", "maneuvers", *request.names)
+    table = console.create_table(f"by {request.by}", (request.by, *numbers), right=numbers)
     for group, (flights, maneuvers) in counts.items():
         cells = []
         for found, own in zip(fleet, means, strict=True):
@@ -118,20 +116,20 @@ def _groups(
     console.print_unwrapped(table)
     _remark(console, [*unknown_remarks(fleet), *settings_remarks(fleet)])
     return {
-        "by": question.by,
+        "by": request.by,
         "groups": [
             {"group": group, "flights": flights, "maneuvers": maneuvers}
             for group, (flights, maneuvers) in counts.items()
         ],
         "values": [
-            groups_json(found, tuple(own.values()), question.by)
+            groups_json(found, tuple(own.values()), request.by)
             for found, own in zip(fleet, means, strict=True)
         ],
     }
 
 
 def _trend(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, request: FleetRequest
 ) -> Any:
     from gsapp.cli._console import format_value_and_bound
     from gsapp.identification.fleet.fleet_analysis import fit_trend, settings_remarks, trend_json
@@ -139,8 +137,8 @@ def _trend(
     from gsapp.report.fleet_text import effect_rows, group_rows, trend_remarks, trend_title
 
     units = DISPLAY_UNITS.get()
-    (found,) = _select(store, question.names, wanted, question)
-    trend = fit_trend(found, question.against, question.by)
+    (found,) = _select(store, request.names, wanted, request)
+    trend = fit_trend(found, request.against, request.by)
     table = console.create_table(
         trend_title(trend), ("", "value", "bound", "95 %", "p"), right=("value", "bound", "p")
     )
@@ -151,7 +149,7 @@ def _trend(
         table.add_row(name, *cells, f"{low:z.4g} to {high:z.4g}", p_value)
     console.print_unwrapped(table)
     numbers = ("values", found.name, "bound", "slope", "bound of the slope")
-    groups = console.create_table("", (question.by, *numbers), right=numbers)
+    groups = console.create_table("", (request.by, *numbers), right=numbers)
     for group, count, value, std, slope, slope_std in group_rows(trend, units):
         cells = format_value_and_bound(value, std)
         slopes = ("", "")
@@ -160,12 +158,12 @@ def _trend(
         groups.add_row(group, str(count), *cells, *slopes)
     console.print_unwrapped(groups)
     _remark(console, [*trend_remarks(trend, units), *settings_remarks([trend.values])])
-    _draw(console, question.figure, lambda: trend_figure(trend, units=units))
+    _draw(console, request.figure, lambda: trend_figure(trend, units=units))
     return trend_json(trend)
 
 
 def _changes(
-    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, question: FleetRequest
+    console: PlainConsole, store: Catalog, wanted: ManeuverFilter, request: FleetRequest
 ) -> Any:
     from gsapp.identification.fleet.fleet_analysis import (
         changes_json,
@@ -178,12 +176,12 @@ def _changes(
     from gsapp.report.fleet_text import CHANGE_COLUMNS, change_row, unknown_remarks
 
     units = DISPLAY_UNITS.get()
-    fleet = _select(store, question.names or list_fleet_names(store), wanted, question)
-    for one in fleet if question.names else ():
+    fleet = _select(store, request.names or list_fleet_names(store), wanted, request)
+    for one in fleet if request.names else ():
         check_any_value(one)
-    found = find_changes([one for one in fleet if one.values], question.by, question.against)
+    found = find_changes([one for one in fleet if one.values], request.by, request.against)
     changed = [one for one in found if one.change.time is not None]
-    shown = found if question.names else changed
+    shown = found if request.names else changed
     table = console.create_table(
         f"{len(changed)} of {len(found)} series changed; drifts per year",
         CHANGE_COLUMNS,
@@ -198,11 +196,9 @@ def _changes(
         f"{100 * FLEET.date_probability:.0f} %",
         "dim",
     )
-    _remark(
-        console, [*(unknown_remarks(fleet) if question.names else ()), *settings_remarks(fleet)]
-    )
-    _draw(console, question.figure, lambda: change_figure(found, units=units))
-    return changes_json(found, question.by)
+    _remark(console, [*(unknown_remarks(fleet) if request.names else ()), *settings_remarks(fleet)])
+    _draw(console, request.figure, lambda: change_figure(found, units=units))
+    return changes_json(found, request.by)
 
 
 def _remark(console: PlainConsole, sentences: Sequence[str]) -> None:

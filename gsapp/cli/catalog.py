@@ -115,7 +115,7 @@ def catalog(
     Example: gsapp catalog fleet.sqlite changes Cm_de Cn_dr alpha.bias --since 2026
     """
     from gsapp.cli._console import PlainConsole, is_stdout, write_json
-    from gsapp.cli._fleet import FleetRequest, answer_fleet_question
+    from gsapp.cli._fleet import FleetRequest, run_fleet_request
     from gsapp.cli._usage_errors import as_usage_error, check_is_catalog
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
@@ -132,11 +132,11 @@ def catalog(
     from gsapp.quantities import channel
 
     check_is_catalog(file, "gsapp maneuvers --catalog makes one")
-    question = FleetRequest(
+    request = FleetRequest(
         what=what, names=tuple(names or ()), by=by, against=tuple(against or ()),
         method=method or "", figure=figure,
     )  # fmt: skip
-    question.check()
+    request.check()
     console = PlainConsole(stderr=is_stdout(json))
     with as_usage_error():
         conditions = dict(_condition(text) for text in where or ())
@@ -151,7 +151,7 @@ def catalog(
     with Catalog(file) as store:
         _check_name(file, "flight", flight, list_flights(store))
         if what != "maneuvers":
-            answer_fleet_question(console, store, wanted, question, json)
+            run_fleet_request(console, store, wanted, request, json)
             return
         _check_name(file, "estimate of", derivative, {*list_estimated(store), *derivative_names()})
         row_ids = find_maneuvers(store, wanted)

@@ -17,7 +17,7 @@ import platformdirs
 
 MIN_FILE_SIZE = 2**20
 """Bytes below which an array stays in memory."""
-_STORE_STEP = 16 * 2**20  # bytes of the first file of an `ObjectStore`; each is twice the last
+_STORE_STEP = 16 * 2**20  # bytes of the first file of an `MemmapStore`; each is twice the last
 _ALIGNMENT = 64  # bytes
 Stored = TypeVar("Stored")
 # Errors of file systems that cannot reserve space; writing reserves it on all.
@@ -87,7 +87,7 @@ def create_temporary_array(count: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]
     return np.empty(count, dtype=dtype)
 
 
-class ObjectStore:
+class MemmapStore:
     """Keeps objects whose arrays lie in temporary files.
 
     Objects share files, so that many of them take few handles. A file vanishes with the last

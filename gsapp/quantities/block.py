@@ -103,10 +103,10 @@ class Block:
             raise ValueError("no block to join")
         if any(part.channels != parts[0].channels for part in parts):
             raise ValueError("blocks of different channels cannot be joined")
-        return Block(
-            channels=parts[0].channels,
-            times=np.concatenate([part.times for part in parts]),
-            values=np.concatenate([part.values for part in parts]),
+        return Block.unchecked(
+            parts[0].channels,
+            np.concatenate([part.times for part in parts]),
+            np.concatenate([part.values for part in parts]),
         )
 
 
@@ -124,13 +124,4 @@ def join_blocks(blocks: Sequence[Block]) -> list[Block]:
         elif len(block):
             newest[block.channels] = [block]
             groups.append(newest[block.channels])
-    return [
-        group[0]
-        if len(group) == 1
-        else Block.unchecked(
-            group[0].channels,
-            np.concatenate([one.times for one in group]),
-            np.concatenate([one.values for one in group]),
-        )
-        for group in groups
-    ]
+    return [group[0] if len(group) == 1 else Block.concatenate(group) for group in groups]

@@ -260,7 +260,7 @@ class SampleHistory:
     # The end
 
     def release_memory(self) -> None:
-        """Let go of memory that looking back over the whole flight has filled, and of gaps."""
+        """Give memory back: pages filled by looking back over the flight, and what was freed."""
         self._pool.release_memory()
         return_free_memory()
 

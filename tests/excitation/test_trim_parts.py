@@ -201,7 +201,8 @@ def test_states_stand_for_a_while(samples: list[tuple[str, bool]]) -> None:
     keeper = StateHysteresis("fly", 0.0)
     for tick, (wanted, lost) in enumerate(samples, start=1):
         before, since = keeper.state, keeper.since
-        changed_now = keeper.step(tick * DT, wanted, lost=lost)  # type: ignore[arg-type]
+        keeper.step(tick * DT, wanted, lost=lost)  # type: ignore[arg-type]
+        changed_now = keeper.since != since
         assert changed_now == (keeper.state != before)
         if changed_now:
             assert keeper.state == wanted

@@ -80,7 +80,7 @@ def test_stored_objects_share_files() -> None:
     given = [(f"maneuver {n}", rng.normal(size=(40, 3)), {"empty": np.empty(0)}) for n in range(50)]
     large = np.arange(temporary_arrays._STORE_STEP // 8 + 1)  # larger than a file of the store
     handles = len(list(Path("/proc/self/fd").iterdir()))
-    store = temporary_arrays.ObjectStore()
+    store = temporary_arrays.MemmapStore()
     kept = [store.store(one) for one in given]
     beside = store.store(large)
     assert len(list(Path("/proc/self/fd").iterdir())) <= handles + 2

@@ -41,20 +41,18 @@ class StateHysteresis:
         self._wish: TrimState = state
         self._wished_since = time
 
-    def step(self, time: float, wanted: TrimState, *, lost: bool) -> bool:
-        """Go on to a time; return whether the state changed. Once lost, GO does not stand."""
+    def step(self, time: float, wanted: TrimState, *, lost: bool) -> None:
+        """Go on to a time. Once lost, GO does not stand."""
         if wanted != self._wish:
             self._wish, self._wished_since = wanted, time
         if wanted == self.state:
-            return False
+            return
         at_once = self.state == "go" and lost
         doubt = 0.0 if wanted in ("hold", "go") else TRIM.change_delay
         stood = time - self.since >= TRIM.min_dwell_time - TRIM.time_tolerance
         sure = time - self._wished_since >= doubt - TRIM.time_tolerance
-        if not at_once and not (stood and sure):
-            return False
-        self.state, self.since = wanted, time
-        return True
+        if at_once or (stood and sure):
+            self.state, self.since = wanted, time
 
 
 class TrimMonitor:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.foundation.temporary_arrays import ObjectStore
+from gsapp.foundation.temporary_arrays import MemmapStore
 from gsapp.identification.campaign import (
     CampaignResult,
     CampaignSettings,
@@ -87,7 +87,7 @@ class ManeuverFits:
         self._tries: dict[str, int] = {}
         self._order: list[str] = []
         self._found: dict[str, ManeuverResult] = {}
-        self._store = ObjectStore()
+        self._store = MemmapStore()
         self._failures: dict[str, str] = {}
         self._result: CampaignResult | None = None
 
